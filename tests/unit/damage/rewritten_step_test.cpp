@@ -32,7 +32,7 @@ namespace {
 using storage::StorageError;
 
 constexpr std::uint64_t points = 20000;
-constexpr std::uint32_t leafCapacity = 16;
+constexpr std::uint32_t rewrittenLeaf = 16;
 
 class RewrittenStep : public testing::Test {
   protected:
@@ -124,7 +124,7 @@ class Asker {
         const auto mask = storage::selectPoints(selection, run_, 0, {});
         told(mask);
         if (!mask.ok()) return;
-        const auto some = storage::SelectedStep::make(*step_.points, *mask, leafCapacity, {});
+        const auto some = storage::SelectedStep::make(*step_.points, *mask, rewrittenLeaf, {});
         told(some);
         if (some.ok()) draw(sceneOf(*some), device_);
     }
@@ -166,7 +166,7 @@ TEST_F(RewrittenStep, ASelectionOfAnOverwrittenStepIsBuiltOfItsOwnTree) {
     storage::PointMask all(points);
     for (std::uint64_t i = 0; i < points; ++i) all.choose(i);
     try {
-        const auto some = storage::SelectedStep::make(*step.points, all, leafCapacity, {});
+        const auto some = storage::SelectedStep::make(*step.points, all, rewrittenLeaf, {});
         ASSERT_TRUE(some.ok());
         EXPECT_TRUE(
             std::ranges::equal((*some)->leaves().pointCount, run_->at(0).points->leaves().pointCount));

@@ -19,7 +19,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 160;
+constexpr std::uint32_t hatchSide = 160;
 
 struct Region {
     Raster<std::uint32_t> label;
@@ -80,8 +80,8 @@ TEST(Hatch, CoversWhatIsWanted) {
             double sum = 0.0, count = 0.0;
             for (int i = 0; i < 24; ++i) {
                 const double wanted = std::lerp(0.05, most, i / 23.0);
-                const Region region(side, direction, wanted);
-                const double drawn = drawnDensity(region.hatched(options), options.width, side);
+                const Region region(hatchSide, direction, wanted);
+                const double drawn = drawnDensity(region.hatched(options), options.width, hatchSide);
                 // Strokes come a quarter of a layer at a time.
                 EXPECT_NEAR(coverOf(drawn), coverOf(wanted), 0.032)
                     << spacing << ' ' << direction << ' ' << wanted;
@@ -95,16 +95,16 @@ TEST(Hatch, CoversWhatIsWanted) {
 
 /// Blobs of labels, each of its own direction and density.
 Region blobs(test::Random& random, std::uint32_t count) {
-    Region region(side, 0.0F, 0.0);
+    Region region(hatchSide, 0.0F, 0.0);
     std::vector<glm::dvec2> middles;
     std::vector<float> angles, densities;
     for (std::uint32_t i = 0; i < count; ++i) {
-        middles.emplace_back(random.between(0.0, side), random.between(0.0, side));
+        middles.emplace_back(random.between(0.0, hatchSide), random.between(0.0, hatchSide));
         angles.push_back(static_cast<float>(random.between(-3.0, 3.0)));
         densities.push_back(static_cast<float>(random.between(0.0, 1.5)));
     }
-    for (std::uint32_t row = 0; row < side; ++row) {
-        for (std::uint32_t column = 0; column < side; ++column) {
+    for (std::uint32_t row = 0; row < hatchSide; ++row) {
+        for (std::uint32_t column = 0; column < hatchSide; ++column) {
             std::uint32_t nearest = 0;
             for (std::uint32_t i = 1; i < count; ++i) {
                 const glm::dvec2 at(column, row);
@@ -136,7 +136,8 @@ TEST(Hatch, StaysInsideItsRegion) {
                         inside = inside || region.label.near(at.x + x, at.y + y) == 0;
                 }
                 ASSERT_TRUE(inside) << at.x << ' ' << at.y;
-                ASSERT_TRUE(at.x >= -1e-9 && at.y >= -1e-9 && at.x <= side + 1e-9 && at.y <= side + 1e-9);
+                ASSERT_TRUE(at.x >= -1e-9 && at.y >= -1e-9 && at.x <= hatchSide + 1e-9 &&
+                            at.y <= hatchSide + 1e-9);
             }
         }
     }

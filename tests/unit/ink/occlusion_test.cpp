@@ -12,7 +12,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 96;
+constexpr std::uint32_t occlusionSide = 96;
 
 /// Rectangles, each by a corner and its sides.
 struct Rectangle {
@@ -48,7 +48,8 @@ Raster<float> greyOf(const MeshSurface& surface, double height, double occlusion
     style.light.ambient = 1.0;
     style.light.diffuse = 0.0;
     style.occlusion = occlusion;
-    return modalitiesOf(surface, glm::dmat4(1.0), style, test::planOf(camera, side, side), {})
+    return modalitiesOf(surface, glm::dmat4(1.0), style, test::planOf(camera, occlusionSide, occlusionSide),
+                        {})
         .modalities.grey;
 }
 
@@ -65,11 +66,11 @@ TEST(AmbientOcclusion, AWallKeepsAwayWhatItCoversOfTheSky) {
     for (const double occlusion : {1.0, 0.5}) {
         const auto grey = greyOf(surface, 8.0, occlusion);
         for (const double distance : {0.3, 0.6, 1.0, 2.0}) {
-            const auto row = static_cast<std::uint32_t>(side / 2 - distance / 8.0 * side);
-            const double there = (side / 2 - row - 0.5) * 8.0 / side;
+            const auto row = static_cast<std::uint32_t>(occlusionSide / 2 - distance / 8.0 * occlusionSide);
+            const double there = (occlusionSide / 2 - row - 0.5) * 8.0 / occlusionSide;
             double mean = 0.0;
-            for (std::uint32_t column = 16; column < side - 16; ++column)
-                mean += static_cast<double>(grey.at(column, row)) / (side - 32);
+            for (std::uint32_t column = 16; column < occlusionSide - 16; ++column)
+                mean += static_cast<double>(grey.at(column, row)) / (occlusionSide - 32);
             const double closed = 0.5 * (1.0 - std::cos(std::atan(1.0 / there)));
             EXPECT_NEAR(mean, 1.0 - occlusion * closed, 0.03) << "at " << there;
         }

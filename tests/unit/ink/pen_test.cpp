@@ -16,14 +16,15 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 96;
+constexpr std::uint32_t penSide = 96;
 
 /// A slope, seen on the left half alone.
 Modalities halfSeen() {
-    Modalities made{Raster<float>(side, side, 0.5F), Raster<float>(side, side, HUGE_VALF),
-                    Raster<float>(side, side), Raster<std::uint32_t>(side, side, Modalities::nothing), 2.0};
-    for (std::uint32_t i = 0; i < side * side; ++i) {
-        if (i % side < side / 2) made.depth.values[i] = 10.0F + 0.1F * static_cast<float>(i % side);
+    Modalities made{Raster<float>(penSide, penSide, 0.5F), Raster<float>(penSide, penSide, HUGE_VALF),
+                    Raster<float>(penSide, penSide),
+                    Raster<std::uint32_t>(penSide, penSide, Modalities::nothing), 2.0};
+    for (std::uint32_t i = 0; i < penSide * penSide; ++i) {
+        if (i % penSide < penSide / 2) made.depth.values[i] = 10.0F + 0.1F * static_cast<float>(i % penSide);
     }
     return made;
 }
@@ -89,8 +90,8 @@ TEST(Pen, AHatchLiesOnWhatIsSeen) {
 Modalities ballBeforeWall() {
     Modalities made = halfSeen();
     made.extent = 80.0;
-    for (std::uint32_t row = 0; row < side; ++row) {
-        for (std::uint32_t column = 0; column < side; ++column) {
+    for (std::uint32_t row = 0; row < penSide; ++row) {
+        for (std::uint32_t column = 0; column < penSide; ++column) {
             const double from = std::hypot(column + 0.5 - 48.0, row + 0.5 - 48.0);
             made.depth.at(column, row) =
                 from < 40.0 ? static_cast<float>(100.0 - std::sqrt(1600.0 - from * from)) : 140.0F;

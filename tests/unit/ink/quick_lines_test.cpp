@@ -20,7 +20,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 240;
+constexpr std::uint32_t quickSide = 240;
 
 struct Seen {
     Modalities modalities;
@@ -28,7 +28,7 @@ struct Seen {
 };
 
 Seen seenOf(const MeshSurface& surface, const Camera& camera) {
-    auto plan = test::planOf(camera, side, side);
+    auto plan = test::planOf(camera, quickSide, quickSide);
     const LineView view(plan, glm::dmat4(1.0));
     const auto edges = linesOf(surface, view, 60.0, {});
     const auto still = modalitiesOf(surface, glm::dmat4(1.0), InkStyle(), plan, {});
@@ -54,8 +54,8 @@ TEST(QuickLines, LieWhereTheExactOnesDo) {
             camera.up = random.direction();
             camera.fovYDegrees = 35.0;
             const auto seen = seenOf(*surface, camera);
-            const auto quick = blurred(coverOf(seen.quick, side, side, 1.2), 3.0);
-            const auto exact = blurred(coverOf(seen.exact, side, side, 1.2), 3.0);
+            const auto quick = blurred(coverOf(seen.quick, quickSide, quickSide, 1.2), 3.0);
+            const auto exact = blurred(coverOf(seen.exact, quickSide, quickSide, 1.2), 3.0);
             for (std::size_t k = 0; k < quick.values.size(); ++k) {
                 off += static_cast<double>(std::abs(quick.values[k] - exact.values[k]));
                 all += static_cast<double>(exact.values[k]);
@@ -70,7 +70,7 @@ std::vector<InkLine> crowd(std::size_t count) {
     test::Random random(5);
     std::vector<InkLine> lines;
     for (std::size_t i = 0; i < count; ++i) {
-        const glm::dvec2 at(random.between(4.0, side - 4.0), random.between(4.0, side - 4.0));
+        const glm::dvec2 at(random.between(4.0, quickSide - 4.0), random.between(4.0, quickSide - 4.0));
         const double angle = random.between(0.0, 3.0);
         const glm::dvec2 way = 3.0 * glm::dvec2(std::cos(angle), std::sin(angle));
         lines.push_back({LineKind::border,
@@ -82,7 +82,7 @@ std::vector<InkLine> crowd(std::size_t count) {
 
 TEST(QuickLines, ACrowdIsThinnedOutToTheTone) {
     const auto lines = crowd(20000);
-    const ToneCells cells(side, side, 6.0);
+    const ToneCells cells(quickSide, quickSide, 6.0);
     for (const float tone : {0.1F, 0.3F, 0.5F}) {
         const ToneGrid target(cells.columns, cells.rows, tone);
         const auto chosen = chooseLines(lines, {}, {cells, target, 1.0, 12.0, true}, {});
@@ -100,7 +100,7 @@ TEST(QuickLines, ACrowdIsThinnedOutToTheTone) {
 
 TEST(QuickLines, LinesThatAreDrawnStayAsItGrowsDarker) {
     const auto lines = crowd(5000);
-    const ToneCells cells(side, side, 6.0);
+    const ToneCells cells(quickSide, quickSide, 6.0);
     std::set<std::pair<double, double>> before;
     for (const float tone : {0.05F, 0.1F, 0.2F}) {
         const ToneGrid target(cells.columns, cells.rows, tone);

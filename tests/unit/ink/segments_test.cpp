@@ -18,28 +18,29 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 96;
+constexpr std::uint32_t segmentsSide = 96;
 
 Modalities blank(double extent = 10.0) {
-    return {Raster<float>(side, side, 0.5F), Raster<float>(side, side, 5.0F), Raster<float>(side, side),
-            Raster<std::uint32_t>(side, side, 0U), extent};
+    return {Raster<float>(segmentsSide, segmentsSide, 0.5F), Raster<float>(segmentsSide, segmentsSide, 5.0F),
+            Raster<float>(segmentsSide, segmentsSide), Raster<std::uint32_t>(segmentsSide, segmentsSide, 0U),
+            extent};
 }
 
 /// Parts around middles, each with grey, direction and depth that differ from every other's in one of these
 /// at least; noise, and a slope in depth under all of them. Part 0 is nothing where `holes`.
 Modalities parted(test::Random& random, std::uint32_t parts, bool holes, Raster<std::uint32_t>& part) {
     auto made = blank();
-    part = Raster<std::uint32_t>(side, side);
+    part = Raster<std::uint32_t>(segmentsSide, segmentsSide);
     std::vector<glm::dvec2> middles;
     while (middles.size() < parts) {
-        const glm::dvec2 at(random.between(0.0, side), random.between(0.0, side));
+        const glm::dvec2 at(random.between(0.0, segmentsSide), random.between(0.0, segmentsSide));
         if (std::all_of(middles.begin(), middles.end(),
                         [&](auto& one) { return glm::distance(one, at) > 18.0; }))
             middles.push_back(at);
     }
     const glm::dvec2 slope(random.between(-0.3, 0.3), random.between(-0.3, 0.3));
-    for (std::uint32_t row = 0; row < side; ++row) {
-        for (std::uint32_t column = 0; column < side; ++column) {
+    for (std::uint32_t row = 0; row < segmentsSide; ++row) {
+        for (std::uint32_t column = 0; column < segmentsSide; ++column) {
             const glm::dvec2 at(column, row);
             std::uint32_t nearest = 0;
             for (std::uint32_t i = 1; i < parts; ++i) {
@@ -65,8 +66,8 @@ Modalities parted(test::Random& random, std::uint32_t parts, bool holes, Raster<
 /// Pixels whose right or lower neighbour has another label.
 std::vector<glm::dvec2> boundaryOf(const Raster<std::uint32_t>& label) {
     std::vector<glm::dvec2> pixels;
-    for (std::uint32_t row = 0; row + 1 < side; ++row) {
-        for (std::uint32_t column = 0; column + 1 < side; ++column) {
+    for (std::uint32_t row = 0; row + 1 < segmentsSide; ++row) {
+        for (std::uint32_t column = 0; column + 1 < segmentsSide; ++column) {
             const auto own = label.at(column, row);
             if (own != label.at(column + 1, row) || own != label.at(column, row + 1))
                 pixels.emplace_back(column, row);
@@ -104,10 +105,10 @@ std::vector<std::size_t> expectPartition(const Segments& segments, const Modalit
                 reached[to] = true;
                 front.push_back(to);
             };
-            go(at % side > 0, at - 1);
-            go(at % side + 1 < side, at + 1);
-            go(at >= side, at - side);
-            go(at + side < labels.size(), at + side);
+            go(at % segmentsSide > 0, at - 1);
+            go(at % segmentsSide + 1 < segmentsSide, at + 1);
+            go(at >= segmentsSide, at - segmentsSide);
+            go(at + segmentsSide < labels.size(), at + segmentsSide);
         }
     }
     EXPECT_EQ(pixels, connected);
@@ -121,11 +122,11 @@ bool hasNeighbour(const Segments& segments, std::uint32_t label) {
     const auto meets = [&](std::uint32_t a, std::uint32_t b) {
         return a != b && (a == label || b == label) && a != Segments::nothing && b != Segments::nothing;
     };
-    for (std::uint32_t row = 0; row < side; ++row) {
-        for (std::uint32_t column = 0; column < side; ++column) {
+    for (std::uint32_t row = 0; row < segmentsSide; ++row) {
+        for (std::uint32_t column = 0; column < segmentsSide; ++column) {
             const auto own = labels.at(column, row);
-            if (column + 1 < side && meets(own, labels.at(column + 1, row))) return true;
-            if (row + 1 < side && meets(own, labels.at(column, row + 1))) return true;
+            if (column + 1 < segmentsSide && meets(own, labels.at(column + 1, row))) return true;
+            if (row + 1 < segmentsSide && meets(own, labels.at(column, row + 1))) return true;
         }
     }
     return false;
@@ -154,11 +155,11 @@ TEST(Segments, EndWherePartsDiffer) {
 TEST(Segments, ASlopeIsOneAndAStepPartsIt) {
     for (const float slope : {0.0F, 0.05F, 1.0F, 30.0F}) {
         auto modalities = blank();
-        for (std::uint32_t i = 0; i < side * side; ++i)
-            modalities.depth.values[i] = slope * (i % side + i / side);
+        for (std::uint32_t i = 0; i < segmentsSide * segmentsSide; ++i)
+            modalities.depth.values[i] = slope * (i % segmentsSide + i / segmentsSide);
         EXPECT_EQ(growDepth(modalities, 0.01, {}).count, 1U) << slope;
-        for (std::uint32_t i = 0; i < side * side; ++i) {
-            if (i % side >= 40) modalities.depth.values[i] += 5.0F;
+        for (std::uint32_t i = 0; i < segmentsSide * segmentsSide; ++i) {
+            if (i % segmentsSide >= 40) modalities.depth.values[i] += 5.0F;
         }
         const auto made = growDepth(modalities, 0.01, {});
         EXPECT_EQ(made.count, 2U) << slope;
@@ -168,10 +169,11 @@ TEST(Segments, ASlopeIsOneAndAStepPartsIt) {
 
 TEST(Segments, DirectionsHaveNoSign) {
     auto modalities = blank();
-    for (std::uint32_t i = 0; i < side * side; ++i)
+    for (std::uint32_t i = 0; i < segmentsSide * segmentsSide; ++i)
         modalities.angle.values[i] = i % 2 == 0 ? 1.0F : 1.0F - 3.14159F;
     EXPECT_EQ(growAngle(modalities, 0.1, {}).count, 1U);
-    for (std::uint32_t i = 0; i < side * side; ++i) modalities.angle.values[i] = i / side < 30 ? 0.5F : 2.0F;
+    for (std::uint32_t i = 0; i < segmentsSide * segmentsSide; ++i)
+        modalities.angle.values[i] = i / segmentsSide < 30 ? 0.5F : 2.0F;
     EXPECT_EQ(growAngle(modalities, 0.6, {}).count, 2U);
 }
 
@@ -199,7 +201,7 @@ TEST(Segments, TheLargestLeastLeavesOneOfEachIsland) {
     Raster<std::uint32_t> part;
     const auto modalities = parted(random, 9, false, part);
     SegmentOptions options;
-    options.leastPixels = std::size_t{side} * side;
+    options.leastPixels = std::size_t{segmentsSide} * segmentsSide;
     EXPECT_EQ(segmentsOf(modalities, options, {}).count, 1U);
 }
 

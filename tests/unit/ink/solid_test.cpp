@@ -17,18 +17,19 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 160;
+constexpr std::uint32_t solidSide = 160;
 constexpr double reading = 6.0;
 
 glm::dvec2 middleOf(std::size_t pixel) {
-    return {static_cast<double>(pixel % side) + 0.5, static_cast<double>(pixel / side) + 0.5};
+    return {static_cast<double>(pixel % solidSide) + 0.5, static_cast<double>(pixel / solidSide) + 0.5};
 }
 
 /// A flat picture that is complex where `cover` says.
 struct Flat {
-    Modalities modalities{Raster<float>(side, side, 0.5F), Raster<float>(side, side, 5.0F),
-                          Raster<float>(side, side), Raster<std::uint32_t>(side, side, 0U), 10.0};
-    Raster<float> wanted{side, side, 0.8F}, cover{side, side, 1.0F};
+    Modalities modalities{Raster<float>(solidSide, solidSide, 0.5F),
+                          Raster<float>(solidSide, solidSide, 5.0F), Raster<float>(solidSide, solidSide),
+                          Raster<std::uint32_t>(solidSide, solidSide, 0U), 10.0};
+    Raster<float> wanted{solidSide, solidSide, 0.8F}, cover{solidSide, solidSide, 1.0F};
 
     SolidInk inked(double strength, double complexity = 0.3) const {
         return solidInk({modalities, wanted, cover}, {.strength = strength, .complexity = complexity},
@@ -38,7 +39,7 @@ struct Flat {
 
 template <class Change>
 void eachPixel(const Change& change) {
-    for (std::size_t i = 0; i < std::size_t{side} * side; ++i) change(i, middleOf(i));
+    for (std::size_t i = 0; i < std::size_t{solidSide} * solidSide; ++i) change(i, middleOf(i));
 }
 
 double countOf(const SolidInk& ink, Ground ground) {
@@ -82,11 +83,11 @@ TEST(SolidInk, IsNothingWithoutStrengthAndAllThatIsComplexWithAll) {
     test::Random random(2);
     Flat flat;
     for (auto& value : flat.wanted.values) value = static_cast<float>(random.between(0.02, 0.98));
-    EXPECT_EQ(countOf(flat.inked(1.0), Ground::solid), double(side) * side);
+    EXPECT_EQ(countOf(flat.inked(1.0), Ground::solid), double(solidSide) * solidSide);
     EXPECT_TRUE(flat.inked(0.001).outlines.empty());
-    EXPECT_EQ(countOf(flat.inked(0.001), Ground::paper), double(side) * side);
+    EXPECT_EQ(countOf(flat.inked(0.001), Ground::paper), double(solidSide) * solidSide);
     for (auto& value : flat.cover.values) value = 0.25F;
-    EXPECT_EQ(countOf(flat.inked(1.0), Ground::simple), double(side) * side);
+    EXPECT_EQ(countOf(flat.inked(1.0), Ground::simple), double(solidSide) * solidSide);
     // White stays paper.
     for (auto& value : flat.wanted.values) value = 0.0F;
     EXPECT_TRUE(flat.inked(1.0, 0.0).outlines.empty());
@@ -129,7 +130,7 @@ TEST(SolidInk, EndsWhereTheDepthSteps) {
     });
     // Its edge is no staircase.
     for (const auto& point : ink.outlines.at(0).points) {
-        if (point.y < 4.0 || point.y > side - 4.0 || point.x < 4.0) continue;
+        if (point.y < 4.0 || point.y > solidSide - 4.0 || point.x < 4.0) continue;
         EXPECT_NEAR(point.x - 70.0 - 0.3 * point.y, 0.0, 0.35);
     }
 }
@@ -137,12 +138,12 @@ TEST(SolidInk, EndsWhereTheDepthSteps) {
 /// Steps on both sides of a line keep it from being blurred.
 TEST(SolidInk, ALoneLineIsNotComplex) {
     Flat flat;
-    flat.cover = Raster<float>(side, side);
-    for (std::uint32_t row = 0; row < side; ++row) {
+    flat.cover = Raster<float>(solidSide, solidSide);
+    for (std::uint32_t row = 0; row < solidSide; ++row) {
         for (const std::uint32_t column : {40U, 120U}) flat.cover.at(column, row) = 1.3F;
         flat.modalities.depth.at(120, row) = 1.0F;
     }
-    EXPECT_EQ(countOf(flat.inked(1.0), Ground::simple), double(side) * side);
+    EXPECT_EQ(countOf(flat.inked(1.0), Ground::simple), double(solidSide) * solidSide);
 }
 
 TEST(SolidInk, AnyPictureDoesNoHarm) {
@@ -172,7 +173,7 @@ TEST(LinesBeside, KeepsWhatLiesOnSimpleGround) {
     test::Random random(4);
     for (int i = 0; i < 20; ++i) {
         const Flat flat;
-        Raster<Ground> ground(side, side);
+        Raster<Ground> ground(solidSide, solidSide);
         eachPixel([&](std::size_t pixel, const glm::dvec2& at) {
             const double wave = std::sin(0.1 * at.x + i) + std::sin(0.13 * at.y - 2.0 * i);
             ground.values[pixel] = wave < 0.0 ? Ground::simple : wave < 0.7 ? Ground::paper : Ground::solid;
@@ -220,11 +221,11 @@ TEST(LinesBeside, KeepsWhatLiesOnSimpleGround) {
 InkScene crowdedScene(test::Random& random) {
     InkScene scene{.modalities = Flat().modalities, .lines = {}, .camera = {}};
     eachPixel([&](std::size_t pixel, const glm::dvec2& at) {
-        scene.modalities.grey.values[pixel] = at.x < 80.0 ? static_cast<float>(at.y / side) : 0.6F;
+        scene.modalities.grey.values[pixel] = at.x < 80.0 ? static_cast<float>(at.y / solidSide) : 0.6F;
     });
     for (int i = 0; i < 2000; ++i) {
         const glm::dvec2 from(i < 1990 ? random.between(0.0, 80.0) : random.between(100.0, 150.0),
-                              random.between(0.0, side));
+                              random.between(0.0, solidSide));
         const double angle = random.between(0.0, 6.28);
         const glm::dvec2 to = from + random.between(4.0, 12.0) * glm::dvec2(std::cos(angle), std::sin(angle));
         scene.lines.push_back({LineKind::silhouette, {{from, 5.0, 0.1}, {to, 5.0, 0.1}}});
@@ -242,12 +243,13 @@ TEST(SolidDrawing, DrawsNothingTwice) {
         auto areas = lines;
         lines.areas.clear();
         areas.lines.clear();
-        const auto inked = test::coverOf(areas, side, side), drawn = test::coverOf(lines, side, side);
+        const auto inked = test::coverOf(areas, solidSide, solidSide),
+                   drawn = test::coverOf(lines, solidSide, solidSide);
         double solid = 0.0, left = 0.0, bare = 0.0;
         eachPixel([&](std::size_t pixel, const glm::dvec2& at) {
             // The crowd ends about there, and outlines round a picture's corners.
-            if (at.x > 70.0 || (at.x < 1.0 && (at.y < 1.0 || at.y > side - 1.0))) return;
-            const double tone = 1.0 - at.y / side;
+            if (at.x > 70.0 || (at.x < 1.0 && (at.y < 1.0 || at.y > solidSide - 1.0))) return;
+            const double tone = 1.0 - at.y / solidSide;
             left += 1.0;
             solid += inked.values[pixel];
             bare += 1.0 - std::max(inked.values[pixel], drawn.values[pixel]);
@@ -264,9 +266,9 @@ TEST(SolidDrawing, LeavesTheRestAsItIs) {
     test::Random random(6);
     const auto scene = crowdedScene(random);
     InkStyle style;
-    const auto without = test::coverOf(drawInk(scene, style, 1.0, {}).strokes, side, side);
+    const auto without = test::coverOf(drawInk(scene, style, 1.0, {}).strokes, solidSide, solidSide);
     style.solid.strength = 0.5;
-    const auto with = test::coverOf(drawInk(scene, style, 1.0, {}).strokes, side, side);
+    const auto with = test::coverOf(drawInk(scene, style, 1.0, {}).strokes, solidSide, solidSide);
     double difference = 0.0, tone = 0.0, count = 0.0;
     eachPixel([&](std::size_t pixel, const glm::dvec2& at) {
         if (at.x < 110.0) return;

@@ -15,11 +15,12 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t side = 100;
+constexpr std::uint32_t volumeSide = 100;
 constexpr double pixel = 0.02;  // units
 
 VolumeModalities seen(const InkVolume& volume) {
-    return modalitiesOf(volume, glm::dmat4(1.0), {}, test::planOf(test::ahead(side * pixel), side, side), {});
+    return modalitiesOf(volume, glm::dmat4(1.0), {},
+                        test::planOf(test::ahead(volumeSide * pixel), volumeSide, volumeSide), {});
 }
 
 /// From a place of the layer, in units.

@@ -46,7 +46,7 @@ const char* const pointsAlone =
     "{'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0}]}, 'points': "
     "{'linked': false, 'opacity': 0.4, 'curve': [{'density': 0, 'fraction': 1}]}}}";
 
-Picture picture(EglDevice& device, const Scene& scene, const Quality& quality = Quality::exact()) {
+Picture drawn(EglDevice& device, const Scene& scene, const Quality& quality = Quality::exact()) {
     return device.render(makeFramePlan(scene, quality), PixelFormat::srgb8, {}).value();
 }
 
@@ -67,12 +67,12 @@ TEST(EglDevice, ThePictureIsTheSameInBandsAndPasses) {
                                std::string(hybrid) + ',' + pointsAlone}) {
         const auto scene = sceneOf(layers);
         EglDevice whole;
-        const auto expected = picture(whole, scene);
+        const auto expected = drawn(whole, scene);
         EglOptions small;
         small.maskBytes = 1;  // a band holds one row of tiles at least
         small.cellBytes = 1;  // and a pass a few cells
         EglDevice pieces(small);
-        EXPECT_EQ(picture(pieces, scene).pixels, expected.pixels) << layers;
+        EXPECT_EQ(drawn(pieces, scene).pixels, expected.pixels) << layers;
         EXPECT_EQ(pieces.lastTimes().bands, (scene.view.height + 7) / 8);
         EXPECT_EQ(whole.lastTimes().bands, 1U);
         EXPECT_EQ(whole.lastTimes().passes, 1U);
@@ -87,7 +87,7 @@ TEST(EglDevice, APictureThatGivesWayGoesOnFromItsNextBand) {
     EglOptions small;
     small.maskBytes = 1;
     EglDevice device(small);
-    const auto expected = picture(device, scene);
+    const auto expected = drawn(device, scene);
     const auto plan = makeFramePlan(scene, Quality::exact());
     std::stop_source others;
     others.request_stop();
@@ -95,7 +95,7 @@ TEST(EglDevice, APictureThatGivesWayGoesOnFromItsNextBand) {
     std::uint32_t turns = 1;
     for (; !begun->advance(others.get_token()); ++turns) {
         EXPECT_EQ(device.lastTimes().bands, 1U);
-        picture(device, sceneOf(discs));
+        drawn(device, sceneOf(discs));
     }
     EXPECT_EQ(turns, (scene.view.height + 7) / 8);
     EXPECT_EQ(begun->take().pixels, expected.pixels);
@@ -108,25 +108,25 @@ TEST(EglDevice, PointsAloneNeedNoSlabs) {
     auto slabs = sceneOf(pointsAlone);
     slabs.view.layers[0].particles()->volumeOpacity = Curve::create({{0.0, 1e-9}}).value();
     EglDevice device;
-    const auto expected = picture(device, flat);
+    const auto expected = drawn(device, flat);
     EXPECT_EQ(device.lastTimes().cells, 0U);
-    const auto actual = picture(device, slabs);
+    const auto actual = drawn(device, slabs);
     EXPECT_GT(device.lastTimes().cells, 0U);
     // A rounding apart, and the rays' rounding of exponentials: one step of 255 at most.
     EXPECT_EQ(pixelsUnlike(actual, expected, 1), 0U);
-    EXPECT_GT(pixelsUnlike(actual, picture(device, sceneOf(hybrid)), 1), 1000U);
+    EXPECT_GT(pixelsUnlike(actual, drawn(device, sceneOf(hybrid)), 1), 1000U);
 }
 
 TEST(EglDevice, ManySlabsTakeManyWords) {
     const auto scene = sceneOf(hybrid);
     EglDevice device;
-    const auto exact = picture(device, scene);
+    const auto exact = drawn(device, scene);
     for (const std::uint32_t slabs : {31U, 33U, 64U, 255U, 256U}) {
         Quality quality = Quality::exact();
         quality.slabs = slabs;
         // Coarse slabs mix what lies apart, so a few pixels differ; a slab in a wrong word would change most
         // of them.
-        EXPECT_LT(pixelsUnlike(picture(device, scene, quality), exact, 12), 300U) << slabs;
+        EXPECT_LT(pixelsUnlike(drawn(device, scene, quality), exact, 12), 300U) << slabs;
     }
 }
 
@@ -136,9 +136,9 @@ TEST(EglDevice, FewPointsAreListedAndDrawnAlike) {
     EglDevice device;
     auto scene = sceneOf(pointsAlone);
     scene.view.layers[0].particles()->pointFraction = Curve::constant(0.499);
-    const auto listed = picture(device, scene);
+    const auto listed = drawn(device, scene);
     scene.view.layers[0].particles()->pointFraction = Curve::constant(0.501);
-    const auto blocks = picture(device, scene);
+    const auto blocks = drawn(device, scene);
     const auto apart = blocks.pointsDrawn - listed.pointsDrawn;
     EXPECT_GT(listed.pointsDrawn, 5000U);
     EXPECT_GT(apart, 0U);
@@ -159,26 +159,26 @@ TEST(EglDevice, MemoryIsGivenUpAndTakenAgain) {
     ASSERT_GT(step->pointCount(), StepPoints::chunkPoints);
     const auto scene = sceneOf(pointsAlone, step);
     EglDevice roomy;
-    const auto expected = picture(roomy, scene);
+    const auto expected = drawn(roomy, scene);
     EXPECT_GT(expected.pointsDrawn, StepPoints::chunkPoints);
     EglOptions tight;
     tight.residentBytes = 1;
     EglDevice device(tight);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(picture(device, scene).pixels, expected.pixels);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(drawn(device, scene).pixels, expected.pixels);
 }
 
 TEST(EglDevice, KeepsNoStepAlive) {
     EglDevice device;
     auto step = MemoryStep::make(test::evenCloud(1000, 1));
     const std::weak_ptr<const MemoryStep> watched = step;
-    picture(device, sceneOf(pointsAlone, step));
+    drawn(device, sceneOf(pointsAlone, step));
     step.reset();
     EXPECT_TRUE(watched.expired());
     // A new step may take the old one's place in memory; it must not be taken for it.
     for (std::uint64_t seed = 2; seed < 6; ++seed) {
         const auto scene = sceneOf(pointsAlone, MemoryStep::make(test::evenCloud(1000, seed)));
         EglDevice fresh;
-        EXPECT_EQ(picture(device, scene).pixels, picture(fresh, scene).pixels);
+        EXPECT_EQ(drawn(device, scene).pixels, drawn(fresh, scene).pixels);
     }
     device.trim();
 }
@@ -186,27 +186,27 @@ TEST(EglDevice, KeepsNoStepAlive) {
 TEST(EglDevice, AnEmptyStepIsBackground) {
     EglDevice device;
     const auto scene = sceneOf(hybrid, MemoryStep::make({}));
-    const auto result = picture(device, scene);
+    const auto result = drawn(device, scene);
     EXPECT_EQ(result.pointsDrawn, 0U);
     auto none = scene;
     none.view.layers.clear();
     none.steps.clear();
-    EXPECT_EQ(result.pixels, picture(device, none).pixels);
+    EXPECT_EQ(result.pixels, drawn(device, none).pixels);
 }
 
 TEST(EglDevice, TwoOnTwoThreadsDrawAsOne) {
     const auto scene = sceneOf(hybrid);
     EglDevice here;
-    const auto expected = picture(here, scene);
+    const auto expected = drawn(here, scene);
     std::vector<std::uint8_t> there[2];
     std::vector<std::thread> threads;
     for (auto& pixels : there) {
         threads.emplace_back([&pixels, &scene] {
             EglDevice device;
-            for (int i = 0; i < 3; ++i) pixels = picture(device, scene).pixels;
+            for (int i = 0; i < 3; ++i) pixels = drawn(device, scene).pixels;
         });
     }
-    EXPECT_EQ(picture(here, scene).pixels, expected.pixels);
+    EXPECT_EQ(drawn(here, scene).pixels, expected.pixels);
     for (auto& thread : threads) thread.join();
     EXPECT_EQ(there[0], expected.pixels);
     EXPECT_EQ(there[1], expected.pixels);
@@ -221,14 +221,14 @@ TEST(EglDevice, StopsWhereverItIsAndGoesOnAfterwards) {
     EXPECT_FALSE(device.render(plan, PixelFormat::srgb8, stopped.get_token()).has_value());
     // From another thread, at whatever moment it comes: no picture or the whole one, and never a wrong one
     // after it.
-    const auto expected = picture(device, scene);
+    const auto expected = drawn(device, scene);
     for (int i = 0; i < 8; ++i) {
         std::stop_source source;
         std::thread other([&source] { source.request_stop(); });
         const auto result = device.render(plan, PixelFormat::srgb8, source.get_token());
         other.join();
         EXPECT_TRUE(!result || result->pixels == expected.pixels);
-        EXPECT_EQ(picture(device, scene).pixels, expected.pixels);
+        EXPECT_EQ(drawn(device, scene).pixels, expected.pixels);
     }
 }
 
@@ -236,11 +236,11 @@ TEST(EglDevice, AShaderFolderWithoutShadersIsAnError) {
     EglOptions options;
     options.shaderDirectory = "no/such/folder";
     EglDevice device(options);
-    EXPECT_THROW(picture(device, sceneOf(hybrid)), DeviceError);
+    EXPECT_THROW(drawn(device, sceneOf(hybrid)), DeviceError);
     // And its own sources, read from their folder, give the embedded ones' picture.
     options.shaderDirectory = MOTE_SHADER_FOLDER;
     EglDevice fromFolder(options), embedded;
-    EXPECT_EQ(picture(fromFolder, sceneOf(hybrid)).pixels, picture(embedded, sceneOf(hybrid)).pixels);
+    EXPECT_EQ(drawn(fromFolder, sceneOf(hybrid)).pixels, drawn(embedded, sceneOf(hybrid)).pixels);
 }
 
 }  // namespace

@@ -52,13 +52,13 @@ TEST(Curve, StaysWithinItsKnots) {
     }
 }
 
-struct Bad {
+struct BadCurve {
     const char* what;
     std::vector<Curve::Knot> knots;
     const char* where;
 };
 
-class BadCurve : public testing::TestWithParam<Bad> {};
+class BadCurve : public testing::TestWithParam<BadCurve> {};
 
 TEST_P(BadCurve, IsAnErrorThatNamesItsKnot) {
     const auto result = Curve::create(GetParam().knots);
@@ -67,16 +67,17 @@ TEST_P(BadCurve, IsAnErrorThatNamesItsKnot) {
     EXPECT_EQ(result.error().where, GetParam().where);
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double notANumber = std::numeric_limits<double>::quiet_NaN();
 
 INSTANTIATE_TEST_SUITE_P(
     All, BadCurve,
-    testing::Values(Bad{"none", {}, ""}, Bad{"tooMany", std::vector<Curve::Knot>(257, {0.5, 0.5}), ""},
-                    Bad{"descending", {{0.2, 0}, {0.6, 0}, {0.5, 0}}, "[2]"},
-                    Bad{"xNegative", {{-0.1, 0}}, "[0]"}, Bad{"xTooLarge", {{0.5, 0}, {1.5, 0}}, "[1]"},
-                    Bad{"yNegative", {{0.5, -0.01}}, "[0]"}, Bad{"yTooLarge", {{0.5, 1.01}}, "[0]"},
-                    Bad{"xNan", {{0.0, 0}, {nan, 0}}, "[1]"}, Bad{"yNan", {{0.0, nan}}, "[0]"},
-                    Bad{"yInfinite", {{0.0, std::numeric_limits<double>::infinity()}}, "[0]"}),
+    testing::Values(
+        BadCurve{"none", {}, ""}, BadCurve{"tooMany", std::vector<Curve::Knot>(257, {0.5, 0.5}), ""},
+        BadCurve{"descending", {{0.2, 0}, {0.6, 0}, {0.5, 0}}, "[2]"},
+        BadCurve{"xNegative", {{-0.1, 0}}, "[0]"}, BadCurve{"xTooLarge", {{0.5, 0}, {1.5, 0}}, "[1]"},
+        BadCurve{"yNegative", {{0.5, -0.01}}, "[0]"}, BadCurve{"yTooLarge", {{0.5, 1.01}}, "[0]"},
+        BadCurve{"xNan", {{0.0, 0}, {notANumber, 0}}, "[1]"}, BadCurve{"yNan", {{0.0, notANumber}}, "[0]"},
+        BadCurve{"yInfinite", {{0.0, std::numeric_limits<double>::infinity()}}, "[0]"}),
     [](const auto& bad) { return bad.param.what; });
 
 TEST(Curve, AsManyKnotsAsAllowedAreAllowed) {

@@ -23,7 +23,7 @@ proto::Script moves(std::string_view list, std::string_view more = "") {
                     "}");
 }
 
-View viewAt(const Film& film, double seconds) {
+View movedViewAt(const Film& film, double seconds) {
     return parseView(film.at(seconds)).value();
 }
 
@@ -75,21 +75,21 @@ TEST(FilmMoves, PlaysEachStepEquallyLong) {
     const Film film = filmOf(script, 5);
     std::vector<int> shown(5);
     for (std::size_t i = 0; i < 60; ++i) {
-        const View view = viewAt(film, film.secondsOf(i));
+        const View view = movedViewAt(film, film.secondsOf(i));
         ASSERT_EQ(view.layers.size(), 2U);
         EXPECT_EQ(view.layers[0].step, view.layers[1].step);
         ++shown[view.layers[0].step];
     }
     EXPECT_EQ(shown, (std::vector<int>{12, 12, 12, 12, 12}));
-    EXPECT_EQ(viewAt(film, 2.5).layers[0].step, 4U) << "where it ended";
-    EXPECT_EQ(viewAt(filmOf(moves("{'seconds': 1, 'turn': {'degrees': 9}}"), 5), 0.5).layers[0].step, 1U)
+    EXPECT_EQ(movedViewAt(film, 2.5).layers[0].step, 4U) << "where it ended";
+    EXPECT_EQ(movedViewAt(filmOf(moves("{'seconds': 1, 'turn': {'degrees': 9}}"), 5), 0.5).layers[0].step, 1U)
         << "the view's own";
 }
 
 TEST(FilmMoves, BlendsSteps) {
     const Film film =
         filmOf(moves("{'seconds': 4, 'playSteps': {'from': 3, 'to': 0}}", ", 'betweenSteps': 'blend'"), 5);
-    const View view = viewAt(film, 1.25);
+    const View view = movedViewAt(film, 1.25);
     ASSERT_EQ(view.layers.size(), 2U);
     EXPECT_EQ(view.layers[0].step, 3U);
     ASSERT_TRUE(view.layers[0].towards);
@@ -97,7 +97,7 @@ TEST(FilmMoves, BlendsSteps) {
     EXPECT_NEAR(view.layers[0].towards->share, 0.75, 1e-12);
     EXPECT_EQ(view.layers[0].opacity, 1.0);
     EXPECT_EQ(view.layers[1].step, 2U) << "ink is drawn of one step";
-    EXPECT_FALSE(viewAt(film, 0.25).layers[0].towards) << "its own is shown before the first half";
+    EXPECT_FALSE(movedViewAt(film, 0.25).layers[0].towards) << "its own is shown before the first half";
 }
 
 TEST(FilmMoves, AViewBetweenStepsStaysThereUntilItsStepsArePlayed) {
@@ -108,11 +108,11 @@ TEST(FilmMoves, AViewBetweenStepsStaysThereUntilItsStepsArePlayed) {
     towards.set_step(4);
     towards.set_share(0.4);
     const Film film = filmOf(script, 5);
-    EXPECT_EQ(viewAt(film, 0.5).layers[0].towards, (Towards{4, 0.4}));
-    EXPECT_FALSE(viewAt(film, 1.5).layers[0].towards);
-    EXPECT_EQ(viewAt(film, 1.5).layers[0].step, 3U);
-    EXPECT_FALSE(viewAt(film, 2.5).layers[0].towards);
-    EXPECT_EQ(viewAt(film, 2.5).layers[0].step, 3U);
+    EXPECT_EQ(movedViewAt(film, 0.5).layers[0].towards, (Towards{4, 0.4}));
+    EXPECT_FALSE(movedViewAt(film, 1.5).layers[0].towards);
+    EXPECT_EQ(movedViewAt(film, 1.5).layers[0].step, 3U);
+    EXPECT_FALSE(movedViewAt(film, 2.5).layers[0].towards);
+    EXPECT_EQ(movedViewAt(film, 2.5).layers[0].step, 3U);
     towards.set_step(5);
     const auto none = Film::create(script, datasetsFor(script, 5));
     ASSERT_FALSE(none.ok());
@@ -138,12 +138,12 @@ TEST(FilmMoves, DoAllAtOnce) {
         filmOf(moves("{'seconds': 1, 'easing': 'smooth', 'turn': {'degrees': 180}, 'zoomTo': {'factor': 2},"
                      "'playSteps': {'from': 0, 'to': 1}}"),
                2);
-    const View view = viewAt(film, 0.25);  // 0.15625 of it
+    const View view = movedViewAt(film, 0.25);  // 0.15625 of it
     EXPECT_NEAR(glm::distance(view.camera.eye, view.camera.target), 5.0 * std::exp2(-0.15625), 1e-12);
     const double angle = 0.15625 * glm::pi<double>();
     EXPECT_NEAR(std::atan2(view.camera.eye.x, view.camera.eye.z), angle, 1e-12);
     EXPECT_EQ(view.layers[0].step, 0U);
-    EXPECT_EQ(viewAt(film, 0.51).layers[0].step, 1U);
+    EXPECT_EQ(movedViewAt(film, 0.51).layers[0].step, 1U);
 }
 
 TEST(FilmMoves, PlayOnlyWhatIsThere) {
@@ -169,7 +169,7 @@ TEST(FilmMoves, BlendedStepsTakeNoMoreRoom) {
     auto script = moves("{'seconds': 1, 'playSteps': {'from': 0, 'to': 1}}", ", 'betweenSteps': 'blend'");
     while (script.view().layers_size() < View::maxLayers)
         *script.mutable_view()->add_layers() = proto::Layer(script.view().layers(0));
-    EXPECT_EQ(viewAt(filmOf(script), 0.5).layers.size(), static_cast<std::size_t>(View::maxLayers));
+    EXPECT_EQ(movedViewAt(filmOf(script), 0.5).layers.size(), static_cast<std::size_t>(View::maxLayers));
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ void decorate(Random& random, proto::Layer& layer) {
 
 const SelectionShape anything{.columns = {{"x", -1e-3, 1e-3}, {"px", -2e5, 3e5}}, .ids = 100, .steps = 3};
 
-void setAnyColor(Random& random, google::protobuf::RepeatedField<double>* color) {
+void setUnitColor(Random& random, google::protobuf::RepeatedField<double>* color) {
     for (int i = 0; i < 3; ++i) color->Add(random.unit());
 }
 
@@ -45,14 +45,14 @@ void addParts(Random& random, proto::Layer& layer) {
     if (random.chance(0.2)) {
         auto& highlight = *layer.mutable_highlight();
         *highlight.mutable_selection() = toProto(anySelection(random, anything));
-        if (random.chance(0.5)) setAnyColor(random, highlight.mutable_color());
+        if (random.chance(0.5)) setUnitColor(random, highlight.mutable_color());
         if (random.chance(0.5)) highlight.set_size_pixels(random.between(0.5, 8.0));
         if (random.chance(0.5)) highlight.set_opacity(random.unit());
     }
     if (random.chance(0.2)) {
         for (auto count = random.below(4); count > 0; --count)
             layer.mutable_paths()->add_ids(random.below(9));
-        if (random.chance(0.5)) setAnyColor(random, layer.mutable_paths()->mutable_color());
+        if (random.chance(0.5)) setUnitColor(random, layer.mutable_paths()->mutable_color());
         if (random.chance(0.5)) layer.mutable_paths()->set_width(random.between(0.5, 8.0));
     }
 }
@@ -65,7 +65,7 @@ void annotate(Random& random, proto::View& view) {
         if (random.chance(0.5)) annotations.set_title("a title");
         if (random.chance(0.5)) annotations.set_font_points(random.between(5.0, 20.0));
         if (random.chance(0.5)) annotations.set_print_width(random.between(50.0, 200.0));
-        if (random.chance(0.5)) setAnyColor(random, annotations.mutable_color());
+        if (random.chance(0.5)) setUnitColor(random, annotations.mutable_color());
     }
     if (random.chance(0.2)) {
         auto& named = *view.add_selections();

@@ -13,7 +13,7 @@
 namespace mote {
 namespace {
 
-proto::View messageOf(const char* json) {
+proto::View viewMessage(const char* json) {
     proto::View message;
     const auto status = parseJson(json, message, "view");
     EXPECT_TRUE(status.ok()) << status.error().toString();
@@ -21,7 +21,7 @@ proto::View messageOf(const char* json) {
 }
 
 proto::View plain() {
-    return messageOf(R"({"width": 640, "height": 360, "background": [0, 0.5, 1],
+    return viewMessage(R"({"width": 640, "height": 360, "background": [0, 0.5, 1],
       "camera": {"eye": [0, 0, 4], "target": [0, 0, 0]},
       "layers": [{"dataset": "data/beam", "step": 2, "particles": {}},
                  {"dataset": "data/other", "particles": {"points": {"opacity": 0.25}},
@@ -80,7 +80,7 @@ TEST(View, ALayersOpacityIsAShare) {
 }
 
 TEST(View, WithoutLayersIsAView) {
-    const auto view = parseView(messageOf(R"({"width": 1, "height": 1})"));
+    const auto view = parseView(viewMessage(R"({"width": 1, "height": 1})"));
     ASSERT_TRUE(view.ok());
     EXPECT_EQ(view->camera, fitCamera(plotBounds, 1.0));
     EXPECT_EQ(view->background, glm::dvec3(0.0));
@@ -93,13 +93,13 @@ TEST(View, TheLargestSizesAreAllowed) {
     EXPECT_TRUE(parseView(message).ok());
 }
 
-struct Bad {
+struct BadView {
     const char* what;
     std::function<void(proto::View&)> spoil;
     const char* where;
 };
 
-class BadView : public testing::TestWithParam<Bad> {};
+class BadView : public testing::TestWithParam<BadView> {};
 
 TEST_P(BadView, IsAnErrorThatNamesItsField) {
     auto message = plain();
@@ -110,7 +110,7 @@ TEST_P(BadView, IsAnErrorThatNamesItsField) {
     EXPECT_FALSE(result.error().message.empty());
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double notANumber = std::numeric_limits<double>::quiet_NaN();
 
 proto::ParticlesStyle& style(proto::View& m) {
     return *m.mutable_layers(1)->mutable_particles();
@@ -119,50 +119,50 @@ proto::ParticlesStyle& style(proto::View& m) {
 INSTANTIATE_TEST_SUITE_P(
     All, BadView,
     testing::Values(
-        Bad{"noWidth", [](auto& m) { m.clear_width(); }, "width"},
-        Bad{"noHeight", [](auto& m) { m.clear_height(); }, "height"},
-        Bad{"tooWide", [](auto& m) { m.set_width(View::maxSide + 1); }, "width"},
-        Bad{"tooHigh", [](auto& m) { m.set_height(4294967295U); }, "height"},
-        Bad{"tooManyPixels",
-            [](auto& m) {
-                m.set_width(16384);
-                m.set_height(16384);
-            },
-            "width"},
-        Bad{"backgroundShort", [](auto& m) { m.mutable_background()->Truncate(2); }, "background"},
-        Bad{"backgroundTooLarge", [](auto& m) { m.set_background(1, 1.5); }, "background[1]"},
-        Bad{"backgroundNegative", [](auto& m) { m.set_background(2, -0.5); }, "background[2]"},
-        Bad{"backgroundNan", [](auto& m) { m.set_background(0, nan); }, "background[0]"},
-        Bad{"camera", [](auto& m) { m.mutable_camera()->set_fov_y_degrees(0); }, "camera.fovYDegrees"},
-        Bad{"emptyCamera", [](auto& m) { m.mutable_camera()->Clear(); }, "camera.eye"},
-        Bad{"cameraEye", [](auto& m) { m.mutable_camera()->set_eye(1, nan); }, "camera.eye[1]"},
-        Bad{"tooManyLayers",
-            [](auto& m) {
-                while (m.layers_size() < 9) *m.add_layers() = m.layers(0);
-            },
-            "layers"},
-        Bad{"noDataset", [](auto& m) { m.mutable_layers(1)->clear_dataset(); }, "layers[1].dataset"},
-        Bad{"noKind", [](auto& m) { m.mutable_layers(1)->clear_particles(); }, "layers[1]"},
-        Bad{"transformShort", [](auto& m) { m.mutable_layers(1)->mutable_transform()->Truncate(12); },
-            "layers[1].transform"},
-        Bad{"transformNan", [](auto& m) { m.mutable_layers(1)->set_transform(3, nan); },
-            "layers[1].transform[3]"},
-        Bad{"transformTooLarge", [](auto& m) { m.mutable_layers(1)->set_transform(7, 1e10); },
-            "layers[1].transform[7]"},
-        Bad{"transformProjective", [](auto& m) { m.mutable_layers(1)->set_transform(14, 0.1); },
-            "layers[1].transform"},
-        Bad{"transformLastOne", [](auto& m) { m.mutable_layers(1)->set_transform(15, 2); },
-            "layers[1].transform"},
-        Bad{"transformSingular", [](auto& m) { m.mutable_layers(1)->set_transform(5, 0); },
-            "layers[1].transform"},
-        Bad{"curve", [](auto& m) { style(m).mutable_volume()->add_curve()->set_opacity(2); },
-            "layers[1].particles.volume.curve[0]"},
-        Bad{"colorMap", [](auto& m) { style(m).mutable_volume()->set_color_map("x"); },
-            "layers[1].particles.volume.colorMap"},
-        Bad{"size", [](auto& m) { style(m).mutable_points()->set_size_pixels(1000); },
-            "layers[1].particles.points.sizePixels"},
-        Bad{"pointCurve", [](auto& m) { style(m).mutable_points()->add_curve(); },
-            "layers[1].particles.points.curve"}),
+        BadView{"noWidth", [](auto& m) { m.clear_width(); }, "width"},
+        BadView{"noHeight", [](auto& m) { m.clear_height(); }, "height"},
+        BadView{"tooWide", [](auto& m) { m.set_width(View::maxSide + 1); }, "width"},
+        BadView{"tooHigh", [](auto& m) { m.set_height(4294967295U); }, "height"},
+        BadView{"tooManyPixels",
+                [](auto& m) {
+                    m.set_width(16384);
+                    m.set_height(16384);
+                },
+                "width"},
+        BadView{"backgroundShort", [](auto& m) { m.mutable_background()->Truncate(2); }, "background"},
+        BadView{"backgroundTooLarge", [](auto& m) { m.set_background(1, 1.5); }, "background[1]"},
+        BadView{"backgroundNegative", [](auto& m) { m.set_background(2, -0.5); }, "background[2]"},
+        BadView{"backgroundNan", [](auto& m) { m.set_background(0, notANumber); }, "background[0]"},
+        BadView{"camera", [](auto& m) { m.mutable_camera()->set_fov_y_degrees(0); }, "camera.fovYDegrees"},
+        BadView{"emptyCamera", [](auto& m) { m.mutable_camera()->Clear(); }, "camera.eye"},
+        BadView{"cameraEye", [](auto& m) { m.mutable_camera()->set_eye(1, notANumber); }, "camera.eye[1]"},
+        BadView{"tooManyLayers",
+                [](auto& m) {
+                    while (m.layers_size() < 9) *m.add_layers() = m.layers(0);
+                },
+                "layers"},
+        BadView{"noDataset", [](auto& m) { m.mutable_layers(1)->clear_dataset(); }, "layers[1].dataset"},
+        BadView{"noKind", [](auto& m) { m.mutable_layers(1)->clear_particles(); }, "layers[1]"},
+        BadView{"transformShort", [](auto& m) { m.mutable_layers(1)->mutable_transform()->Truncate(12); },
+                "layers[1].transform"},
+        BadView{"transformNan", [](auto& m) { m.mutable_layers(1)->set_transform(3, notANumber); },
+                "layers[1].transform[3]"},
+        BadView{"transformTooLarge", [](auto& m) { m.mutable_layers(1)->set_transform(7, 1e10); },
+                "layers[1].transform[7]"},
+        BadView{"transformProjective", [](auto& m) { m.mutable_layers(1)->set_transform(14, 0.1); },
+                "layers[1].transform"},
+        BadView{"transformLastOne", [](auto& m) { m.mutable_layers(1)->set_transform(15, 2); },
+                "layers[1].transform"},
+        BadView{"transformSingular", [](auto& m) { m.mutable_layers(1)->set_transform(5, 0); },
+                "layers[1].transform"},
+        BadView{"curve", [](auto& m) { style(m).mutable_volume()->add_curve()->set_opacity(2); },
+                "layers[1].particles.volume.curve[0]"},
+        BadView{"colorMap", [](auto& m) { style(m).mutable_volume()->set_color_map("x"); },
+                "layers[1].particles.volume.colorMap"},
+        BadView{"size", [](auto& m) { style(m).mutable_points()->set_size_pixels(1000); },
+                "layers[1].particles.points.sizePixels"},
+        BadView{"pointCurve", [](auto& m) { style(m).mutable_points()->add_curve(); },
+                "layers[1].particles.points.curve"}),
     [](const auto& bad) { return bad.param.what; });
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 using test::TinyDataset;
 
-Result<std::shared_ptr<const ParticleStep>> openStep(const std::filesystem::path& dataset) {
+Result<std::shared_ptr<const ParticleStep>> openTinyStep(const std::filesystem::path& dataset) {
     return ParticleStep::open(dataset, *readManifest(dataset), 0);
 }
 
@@ -27,7 +27,7 @@ TEST(StepPreview, AFileWithoutOneIsWholeAndHasNone) {
     test::forgeDigest(dir / "a.mote", [](proto::Digest& digest) {
         for (int i = 0; i < 2; ++i) digest.mutable_arrays()->RemoveLast();
     });
-    const auto step = openStep(dir / "a.mote");
+    const auto step = openTinyStep(dir / "a.mote");
     ASSERT_TRUE(step.ok()) << step.error().toString();
     const auto preview = (*step)->preview(Preview::mostPoints);
     EXPECT_TRUE(preview.points.empty());
@@ -52,7 +52,7 @@ TEST(StepPreview, HalfOfOneOrOneOfTheWrongSizeIsAnErrorAtOpen) {
         const test::TempDir dir;
         TinyDataset().write(dir / "a.mote");
         test::forgeDigest(dir / "a.mote", changes[i]);
-        const auto step = openStep(dir / "a.mote");
+        const auto step = openTinyStep(dir / "a.mote");
         ASSERT_FALSE(step.ok());
         EXPECT_EQ(step.error().code, ErrorCode::corrupt);
     }
@@ -62,7 +62,7 @@ TEST(StepPreview, HalfOfOneOrOneOfTheWrongSizeIsAnErrorAtOpen) {
     tiny.preview.resize(TinyDataset::points / 4 + 1);
     tiny.threshold.resize(tiny.preview.size() / Preview::blockPoints + 1, 0.5F);
     tiny.write(dir / "a.mote");
-    const auto step = openStep(dir / "a.mote");
+    const auto step = openTinyStep(dir / "a.mote");
     ASSERT_FALSE(step.ok());
     EXPECT_EQ(step.error().code, ErrorCode::corrupt);
 }
@@ -86,7 +86,7 @@ TEST(StepPreview, ThresholdsOrDensitiesOutOfOrderAreAnErrorAtUse) {
         TinyDataset tiny;
         changes[i](tiny);
         tiny.write(dir / "a.mote");
-        const auto step = openStep(dir / "a.mote");
+        const auto step = openTinyStep(dir / "a.mote");
         ASSERT_TRUE(step.ok());
         EXPECT_THROW((*step)->preview(1), StorageError);
         const auto errors = verifyDataset(dir / "a.mote");
@@ -102,7 +102,7 @@ TEST(StepPreview, LeavesThatWeighNothingAreNoPartOfItsScale) {
     tiny.density = {3e5F, 16e5F, 0.0F};
     tiny.minDensity = {0.0F, 16e5F, 0.0F};
     tiny.write(dir / "a.mote");
-    const auto preview = (*openStep(dir / "a.mote"))->preview(1);
+    const auto preview = (*openTinyStep(dir / "a.mote"))->preview(1);
     EXPECT_EQ(preview.scale.min, 16e5);
     EXPECT_EQ(preview.scale.max, 16e5);
     EXPECT_TRUE(verifyDataset(dir / "a.mote").empty());

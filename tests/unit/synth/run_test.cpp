@@ -26,7 +26,7 @@ std::string bytesOf(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-proto::SynthBeamJob job(std::uint64_t particles, std::uint32_t steps, std::uint64_t seed = 1) {
+proto::SynthBeamJob runJob(std::uint64_t particles, std::uint32_t steps, std::uint64_t seed = 1) {
     proto::SynthBeamJob result;
     result.set_particles(particles);
     result.set_steps(steps);
@@ -89,7 +89,7 @@ class WrittenRun : public testing::Test {
     static constexpr std::uint64_t particles = 3000;
 
     void SetUp() override {
-        ASSERT_TRUE(synthesizeBeam(job(particles, 10), folder_ / "run.h5", progress_).ok());
+        ASSERT_TRUE(synthesizeBeam(runJob(particles, 10), folder_ / "run.h5", progress_).ok());
         file_ = std::make_unique<RunFile>(folder_ / "run.h5");
         ASSERT_TRUE(file_->ok());
     }
@@ -196,14 +196,14 @@ TEST_F(WrittenRun, progressRisesToOne) {
 TEST(Run, aSingleStepIsTheEndOfTheChannel) {
     const test::TempDir folder;
     RecordingProgress progress;
-    ASSERT_TRUE(synthesizeBeam(job(10, 1), folder / "run.h5", progress).ok());
+    ASSERT_TRUE(synthesizeBeam(runJob(10, 1), folder / "run.h5", progress).ok());
     EXPECT_EQ(RunFile(folder / "run.h5").children("/data"), std::vector<std::string>{"480"});
 }
 
 TEST(Run, aSingleParticleWillDo) {
     const test::TempDir folder;
     RecordingProgress progress;
-    ASSERT_TRUE(synthesizeBeam(job(1, 2), folder / "run.h5", progress).ok());
+    ASSERT_TRUE(synthesizeBeam(runJob(1, 2), folder / "run.h5", progress).ok());
     EXPECT_EQ(RunFile(folder / "run.h5").column("/data/480/particles/beam/position/x").size(), 1u);
 }
 

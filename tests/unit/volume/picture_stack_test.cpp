@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "preprocess/volume/volume_formats.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::test {
@@ -20,14 +21,14 @@ using testing::ElementsAreArray;
 using testing::HasSubstr;
 
 /// How a picture is written.
-struct Form {
+struct StackForm {
     OIIO::TypeDesc type = OIIO::TypeDesc::UINT8;
     int width = 3, height = 4, channels = 1;
     int tile = 0;  ///< its side, 0: in rows
     bool append = false;
 };
 
-void writePicture(const fs::path& path, const std::vector<double>& numbers, const Form& form = {}) {
+void writePicture(const fs::path& path, const std::vector<double>& numbers, const StackForm& form = {}) {
     OIIO::ImageSpec spec(form.width, form.height, form.channels, form.type);
     spec.tile_width = spec.tile_height = form.tile;
     const std::string bytes = form.type == OIIO::TypeDesc::UINT8    ? numberBytes<std::uint8_t>(numbers)
@@ -72,17 +73,16 @@ TEST(PictureStack, IsReadInEveryType) {
         for (const std::string ending : {".tif", ".png"}) {
             if (ending == ".png" && name != "u8" && name != "u16") continue;
             const TempDir folder;
-            Form form;
+            StackForm form;
             form.type = type;
             for (std::size_t z = 0; z < 3; ++z) {
                 writePicture(folder / ("s" + std::to_string(z) + ending), slice(numbers, z), form);
             }
-            const auto volume = readVolume(folder.path());
-            ASSERT_TRUE(volume.ok()) << name << ": " << volume.error().toString();
-            EXPECT_EQ(volume->format, "pictures");
-            EXPECT_EQ(prep::name(volume->shape.type), name);
-            EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << name << ending;
-            EXPECT_TRUE(volume->notes.empty());
+            const auto volume = must(readVolume(folder.path()));
+            EXPECT_EQ(volume.format, "pictures");
+            EXPECT_EQ(prep::name(volume.shape.type), name);
+            EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << name << ending;
+            EXPECT_TRUE(volume.notes.empty());
         }
     }
 }
@@ -96,10 +96,9 @@ TEST(PictureStack, IsInNaturalOrderFromFoldersAndPatterns) {
     writeFile(folder / "notes.txt", "no picture");
     writeFile(folder / ".hidden.png", "no picture");
     for (const auto& input : {folder.path(), folder / "slice*.png"}) {
-        const auto volume = readVolume(input);
-        ASSERT_TRUE(volume.ok()) << input << ": " << volume.error().toString();
-        EXPECT_EQ(volume->shape.nz, 12u);
-        EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << input;
+        const auto volume = must(readVolume(input));
+        EXPECT_EQ(volume.shape.nz, 12u);
+        EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << input;
     }
     EXPECT_EQ(readVolume(folder / "slice1?.png")->shape.nz, 3u);
     EXPECT_THAT(readSlices(folder.path(), {7, 2, 11}), ElementsAreArray(slicesOf(numbers, 12, {7, 2, 11})));
@@ -138,17 +137,16 @@ TEST(PictureStack, PagesOfOneFileAreSlices) {
     const auto numbers = countedNumbers(60);
     writePages(folder / "a.tif", {slice(numbers, 0), slice(numbers, 1), slice(numbers, 2), slice(numbers, 3),
                                   slice(numbers, 4)});
-    const auto volume = readVolume(folder / "a.tif");
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(volume->shape.nz, 5u);
-    EXPECT_THAT(volume->values, ElementsAreArray(numbers));
+    const auto volume = must(readVolume(folder / "a.tif"));
+    EXPECT_EQ(volume.shape.nz, 5u);
+    EXPECT_THAT(volume.values, ElementsAreArray(numbers));
     EXPECT_THAT(readSlices(folder / "a.tif", {3, 0, 4}), ElementsAreArray(slicesOf(numbers, 12, {3, 0, 4})));
 }
 
 TEST(PictureStack, TilesAndColoursAreRead) {
     const TempDir folder;
     const auto numbers = countedNumbers(2 * 40 * 20);
-    Form form;
+    StackForm form;
     form.type = OIIO::TypeDesc::UINT16;
     form.width = 40;
     form.height = 20;
@@ -157,24 +155,23 @@ TEST(PictureStack, TilesAndColoursAreRead) {
     writePicture(folder / "2.tif", slicesOf(numbers, 800, {1}), form);
     EXPECT_THAT(readVolume(folder.path())->values, ElementsAreArray(numbers));
     const TempDir colours;
-    Form colour;
+    StackForm colour;
     colour.channels = 3;
     colour.width = colour.height = 1;
     writePicture(colours / "1.png", {255, 0, 0}, colour);
     writePicture(colours / "2.png", {50, 50, 50}, colour);
-    const auto volume = readVolume(colours.path());
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_FLOAT_EQ(volume->values[0], 0.2126F * 255);
-    EXPECT_FLOAT_EQ(volume->values[1], 50);
-    ASSERT_EQ(volume->notes.size(), 1u);
-    EXPECT_THAT(volume->notes[0], HasSubstr("their luminance is read"));
+    const auto volume = must(readVolume(colours.path()));
+    EXPECT_FLOAT_EQ(volume.values[0], 0.2126F * 255);
+    EXPECT_FLOAT_EQ(volume.values[1], 50);
+    ASSERT_EQ(volume.notes.size(), 1u);
+    EXPECT_THAT(volume.notes[0], HasSubstr("their luminance is read"));
 }
 
 TEST(PictureStack, ContradictionsAreRefused) {
     const TempDir folder;
     const auto numbers = countedNumbers(12);
     writePicture(folder / "1.png", numbers);
-    Form other;
+    StackForm other;
     other.width = 4;
     other.height = 3;
     writePicture(folder / "2.png", numbers, other);
