@@ -5,6 +5,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/kept_notes.h"
+#include "preprocess/mesh/find_intersections.h"
 #include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
@@ -59,7 +60,16 @@ Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& inpu
     if (const auto origin = describeOrigin(surface.origin); !origin.empty()) progress.note(origin);
     auto welded = weldMesh(std::move(surface), counts);
     if (!welded.triangles.empty()) return welded;
-    return Error{ErrorCode::invalidArgument, "isovalue", "its surface has no area"};
+    return invalid("isovalue", "its surface has no area");
+}
+
+void addIntersections(storage::SurfaceMesh& mesh, Progress& progress) {
+    progress.report(0.6, "finding where triangles cut each other");
+    auto pairs = findIntersections(mesh, [&] { return progress.cancelled(); });
+    if (pairs)
+        mesh.intersections = *std::move(pairs);
+    else if (!progress.cancelled())
+        progress.note("its triangles cut each other in so many places that no lines are drawn there");
 }
 
 }  // namespace
@@ -76,7 +86,9 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     MOTE_ASSIGN_OR_RETURN(const auto surface,
                           readSurface(request.mesh(), input, memoryFor(resources.memory), progress));
     progress.report(0.5, "finding edges and normals");
-    const auto mesh = makeSurfaceMesh(surface);
+    auto mesh = makeSurfaceMesh(surface);
+    // The surface of a value does not cut itself.
+    if (!request.mesh().has_isovalue()) addIntersections(mesh, progress);
     if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
     progress.report(0.8, "writing");
     MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));

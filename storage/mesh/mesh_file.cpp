@@ -26,6 +26,7 @@ std::vector<Row> rowsOf(std::span<const T> values) {
 }
 
 constexpr const char* partName = "/mesh/part";
+constexpr const char* intersectionName = "/mesh/intersection";
 
 /// Reads `rows` from the array of this name, as long as nothing went wrong before.
 template <class T, class Row>
@@ -72,6 +73,8 @@ Status writeMesh(const std::filesystem::path& directory, const SurfaceMesh& mesh
         content.arrays.push_back(
             arrayContent<std::uint32_t>(partName, {mesh.parts.size()}, std::span(mesh.parts)));
     }
+    if (!mesh.intersections.empty())
+        add(intersectionName, mesh.intersections.size(), flat<std::uint32_t>(mesh.intersections));
     return writeArrayFile(directory, meshName, content);
 }
 
@@ -110,6 +113,10 @@ Result<SurfaceMesh> readMesh(const PathBeneath& directory, const proto::Manifest
     if (file.has(partName)) {
         MOTE_ASSIGN_OR_RETURN(const auto parts, file.get<std::uint32_t>(partName, {described.triangles()}));
         mesh.parts.assign(parts.begin(), parts.end());
+    }
+    if (file.has(intersectionName)) {
+        MOTE_RETURN_IF_ERROR(
+            readRows<std::uint32_t>(file, intersectionName, ArrayFile::any, mesh.intersections));
     }
     MOTE_RETURN_IF_ERROR(file.check());
     const auto checked = checkSurfaceMesh(mesh);

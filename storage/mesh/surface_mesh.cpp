@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "storage/places.h"
 
@@ -47,6 +48,13 @@ Status checkSurfaceMesh(const SurfaceMesh& mesh) {
         if (!edgeFits(edge, vertices, mesh.triangles.size())) {
             return corrupt("/mesh/edge", "names a vertex or triangle that there is not");
         }
+    }
+    if (vertices + 2 * mesh.intersections.size() > std::numeric_limits<std::uint32_t>::max()) {
+        return corrupt("/mesh/intersection", "has more pairs than can be counted");
+    }
+    for (const auto& [one, other] : mesh.intersections) {
+        if (std::max(one, other) >= mesh.triangles.size())
+            return corrupt("/mesh/intersection", "names a triangle that there is not");
     }
     if (!mesh.parts.empty() && mesh.parts.size() != mesh.triangles.size()) {
         return corrupt("/mesh/part", "has not one for each triangle");

@@ -32,9 +32,12 @@ struct SurfaceMesh {
     std::vector<MeshEdge> edges;                          ///< [E] by their first triangle
     /// [T] of each triangle, numbered from 0 in the order of their first triangles; empty: all are one.
     std::vector<std::uint32_t> parts = {};
+    /// [I] pairs of triangles that cut each other along a line (triangle_intersection.h).
+    std::vector<std::array<std::uint32_t, 2>> intersections = {};
 };
 
-/// Whether indices are in range, numbers finite, normals of unit length and parts numbered in order. Errors:
+/// Whether indices are in range, numbers finite, normals of unit length and parts numbered in order, and
+/// ends of intersections, two each, can be counted with the vertices. Errors:
 /// corrupt, with the array's name ("/mesh/triangle").
 Status checkSurfaceMesh(const SurfaceMesh& mesh);
 

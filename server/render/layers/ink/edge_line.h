@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// EdgeLine: an edge of a mesh that is a line of a drawing, or a piece of one. A value; pure functions.
+// EdgeLine: an edge of a mesh, or an intersection of two of its triangles, that is a line of a drawing, or a
+// piece of one. A value; pure functions.
 #pragma once
 
 #include <algorithm>
@@ -13,9 +14,9 @@
 
 #include "server/render/ink/ink_line.h"
 #include "server/render/layers/ink/line_view.h"
+#include "server/render/layers/mesh/mesh_surface.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
-#include "storage/mesh/surface_mesh.h"
 
 namespace mote::render {
 
@@ -24,7 +25,7 @@ inline constexpr double lineMargin = 64.0;
 
 struct EdgeLine {
     LineKind kind = LineKind::silhouette;
-    std::array<std::uint32_t, 2> vertices{}, triangles{};  ///< as in storage::MeshEdge
+    std::array<std::uint32_t, 2> vertices{}, triangles{};  ///< MeshSurface::place(); storage::MeshEdge
     Span piece{0.0, 1.0};                                  ///< of the edge, world space
 };
 
@@ -34,8 +35,8 @@ struct Ends {
 };
 
 /// Of the whole edge, which may reach behind the eye.
-inline Ends endsOf(const storage::SurfaceMesh& mesh, const EdgeLine& edge, const LineView& view) {
-    return {view.toEye(mesh.positions[edge.vertices[0]]), view.toEye(mesh.positions[edge.vertices[1]])};
+inline Ends endsOf(const MeshSurface& surface, const EdgeLine& edge, const LineView& view) {
+    return {view.toEye(surface.place(edge.vertices[0])), view.toEye(surface.place(edge.vertices[1]))};
 }
 
 inline Ends partOf(const Ends& ends, const Span& span) {

@@ -47,11 +47,8 @@ struct Link {
 
 /// A piece's way on the screen; its depth steps are not told yet.
 Link linkOf(const MeshSurface& surface, const LineView& view, const EdgeLine& piece) {
-    const auto& mesh = surface.mesh();
-    const glm::dvec3 begin = view.toEye(mesh.positions[piece.vertices[0]]);
-    const glm::dvec3 way = view.toEye(mesh.positions[piece.vertices[1]]) - begin;
     // The whole edge may reach behind the eye.
-    const glm::dvec3 from = begin + piece.piece.begin * way, to = begin + piece.piece.end * way;
+    const auto [from, to] = partOf(endsOf(surface, piece, view), piece.piece);
     const double length = glm::distance(view.onScreen(from), view.onScreen(to));
     const auto parts = static_cast<std::size_t>(std::clamp(std::ceil(length / measured), 1.0, 4096.0));
     Link link;
@@ -121,10 +118,10 @@ class StepFinder {
     std::size_t asked_ = 0;
 };
 
-using Place = std::tuple<float, float, float>;
+using Place = std::tuple<double, double, double>;
 
-Place placeOf(const storage::SurfaceMesh& mesh, std::uint32_t vertex) {
-    const glm::vec3& at = mesh.positions[vertex];
+Place placeOf(const MeshSurface& surface, std::uint32_t vertex) {
+    const glm::dvec3 at = surface.place(vertex);
     return {at.x, at.y, at.z};
 }
 
@@ -206,13 +203,13 @@ InkLine follow(std::vector<Link>& links, std::uint32_t first, std::size_t side) 
 }
 
 /// Vertices in one place have one number; how many there are.
-std::uint32_t numberPlaces(const storage::SurfaceMesh& mesh, const std::vector<EdgeLine>& pieces,
+std::uint32_t numberPlaces(const MeshSurface& surface, const std::vector<EdgeLine>& pieces,
                            std::vector<Link>& links) {
     std::vector<std::tuple<Place, std::uint32_t, std::uint32_t>> ends;
     for (std::uint32_t i = 0; i < pieces.size(); ++i) {
         const Span& span = pieces[i].piece;
-        if (span.begin == 0.0) ends.emplace_back(placeOf(mesh, pieces[i].vertices[0]), i, 0);
-        if (span.end == 1.0) ends.emplace_back(placeOf(mesh, pieces[i].vertices[1]), i, 1);
+        if (span.begin == 0.0) ends.emplace_back(placeOf(surface, pieces[i].vertices[0]), i, 0);
+        if (span.end == 1.0) ends.emplace_back(placeOf(surface, pieces[i].vertices[1]), i, 1);
     }
     tbb::parallel_sort(ends.begin(), ends.end());
     std::uint32_t number = 0;
@@ -237,7 +234,7 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
             StepFinder(surface, view, *extent).find(std::span(links).subspan(run.begin(), run.size()));
     });
     if (isStopped(stop)) return {};
-    joinAll(links, numberPlaces(surface.mesh(), pieces, links));
+    joinAll(links, numberPlaces(surface, pieces, links));
     std::vector<InkLine> lines;
     const auto take = [&](std::uint32_t i, std::size_t side) {
         giveWay();

@@ -31,25 +31,37 @@ std::vector<std::int8_t> facings(const storage::SurfaceMesh& mesh, const LineVie
 
 class LineFinder {
   public:
-    LineFinder(const storage::SurfaceMesh& mesh, const LineView& view, double crease)
-        : mesh_(mesh),
+    LineFinder(const MeshSurface& surface, const LineView& view, double crease)
+        : surface_(surface),
+          mesh_(surface.mesh()),
           view_(view),
           creases_(crease < 180.0),
           leastCosine_(std::cos(crease * std::numbers::pi / 180.0)),
-          sides_(facings(mesh, view)) {}
+          sides_(facings(mesh_, view)) {}
+
+    std::size_t count() const { return mesh_.edges.size() + (creases_ ? mesh_.intersections.size() : 0); }
 
     void find(std::size_t first, std::size_t last, std::vector<EdgeLine>& lines) const {
         for (std::size_t i = first; i < last; ++i) {
-            const auto& edge = mesh_.edges[i];
-            EdgeLine line{.vertices = edge.vertices, .triangles = edge.triangles};
-            if (!isLine(edge, line.kind)) continue;
-            const auto [from, to] = endsOf(mesh_, line, view_);
+            EdgeLine line = i < mesh_.edges.size() ? edgeOf(i) : intersectionOf(i - mesh_.edges.size());
+            if (i < mesh_.edges.size() && !isLine(mesh_.edges[i], line.kind)) continue;
+            const auto [from, to] = endsOf(surface_, line, view_);
             line.piece = view_.inPicture(from, to, lineMargin);
             if (!line.piece.empty()) lines.push_back(line);
         }
     }
 
   private:
+    EdgeLine edgeOf(std::size_t number) const {
+        const auto& edge = mesh_.edges[number];
+        return {.vertices = edge.vertices, .triangles = edge.triangles};
+    }
+    EdgeLine intersectionOf(std::size_t number) const {
+        const auto first = static_cast<std::uint32_t>(mesh_.positions.size() + 2 * number);
+        return {.kind = LineKind::crease,
+                .vertices = {first, first + 1},
+                .triangles = mesh_.intersections[number]};
+    }
     bool isLine(const storage::MeshEdge& edge, LineKind& kind) const {
         const auto [one, other] = edge.triangles;
         if (one == storage::MeshEdge::none || other == storage::MeshEdge::none) {
@@ -70,6 +82,7 @@ class LineFinder {
         return lengths > 0.0 && glm::dot(a, b) <= leastCosine_ * lengths;
     }
 
+    const MeshSurface& surface_;
     const storage::SurfaceMesh& mesh_;
     const LineView& view_;
     const bool creases_;
@@ -81,10 +94,10 @@ class LineFinder {
 
 std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, double crease,
                               const std::stop_token& stop) {
-    const LineFinder finder(surface.mesh(), view, crease);
-    return inOrder<EdgeLine>(
-        surface.mesh().edges.size(), stop,
-        [&](std::size_t first, std::size_t last, auto& lines) { finder.find(first, last, lines); });
+    const LineFinder finder(surface, view, crease);
+    return inOrder<EdgeLine>(finder.count(), stop, [&](std::size_t first, std::size_t last, auto& lines) {
+        finder.find(first, last, lines);
+    });
 }
 
 }  // namespace mote::render

@@ -13,7 +13,7 @@ namespace mote::render {
 
 /// Silhouettes and borders, and creases where the surface turns by at least `crease` degrees; whole edges,
 /// seen or not, that are in front of the eye and not far beside the picture. In the order of the mesh's
-/// edges.
+/// edges. Behind them, below 180 degrees, as creases where the surface cuts itself.
 std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, double crease,
                               const std::stop_token& stop);
 

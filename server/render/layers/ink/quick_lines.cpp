@@ -25,12 +25,11 @@ float rankOf(const EdgeLine& edge) {
 class QuickFinder {
   public:
     QuickFinder(const MeshSurface& surface, const LineView& view, const Modalities& modalities)
-        : mesh_(surface.mesh()), view_(view), depth_(modalities.depth), extent_(modalities.extent) {}
+        : surface_(surface), view_(view), depth_(modalities.depth), extent_(modalities.extent) {}
 
     void find(const EdgeLine& edge, std::vector<InkLine>& lines) const {
-        const glm::dvec3 begin = view_.toEye(mesh_.positions[edge.vertices[0]]);
-        const glm::dvec3 way = view_.toEye(mesh_.positions[edge.vertices[1]]) - begin;
-        const glm::dvec3 from = begin + edge.piece.begin * way, to = begin + edge.piece.end * way;
+        const Ends ends = partOf(endsOf(surface_, edge, view_), edge.piece);
+        const glm::dvec3 &from = ends.from, &to = ends.to;
         const glm::dvec2 a = view_.onScreen(from), b = view_.onScreen(to);
         const double parts = std::clamp(std::ceil(glm::distance(a, b) / partLength), 1.0, mostParts);
         const auto placeAt = [&](double share) {
@@ -76,7 +75,7 @@ class QuickFinder {
         return static_cast<double>(depth_.near(place.x, place.y));
     }
 
-    const storage::SurfaceMesh& mesh_;
+    const MeshSurface& surface_;
     const LineView& view_;
     const Raster<float>& depth_;
     const double extent_;

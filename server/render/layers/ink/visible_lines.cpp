@@ -45,7 +45,7 @@ class PieceFinder {
         tryPlaces(edges, stop);
         auto next = tried_.begin();
         for (std::uint32_t i = 0; i < edges.size() && !isStopped(stop); ++i) {
-            const Ends ends = endsOf(surface_.mesh(), edges[i], view_);
+            const Ends ends = endsOf(surface_, edges[i], view_);
             hidden_ = std::move(covered_[i]);
             seen_.clear();
             for (; next != tried_.end() && next->edge == i; ++next) take(*next, ends);
@@ -117,7 +117,7 @@ class PieceFinder {
     void choosePlaces(const EdgeLine& edge, std::uint32_t number) {
         // The whole edge may reach behind the eye, where places on the screen have no order.
         const auto [begin, end] = edge.piece;
-        const Ends ends = endsOf(surface_.mesh(), edge, view_);
+        const Ends ends = endsOf(surface_, edge, view_);
         const auto [from, to] = partOf(ends, edge.piece);
         const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
         const double count = std::max(1.0, std::ceil(length / search_.sampling));
@@ -143,7 +143,7 @@ class PieceFinder {
             const std::size_t count = std::min(rays.size(), tried_.size() - first);
             for (std::size_t i = 0; i < count; ++i) {
                 const auto& place = tried_[first + i];
-                const auto [from, to] = endsOf(surface_.mesh(), edges[place.edge], view_);
+                const auto [from, to] = endsOf(surface_, edges[place.edge], view_);
                 rays[i] = view_.fromEye(from + place.along * (to - from), gap_);
                 rays[i].clip(surface_.rays().box());
                 own[i] = edges[place.edge].triangles;
@@ -264,7 +264,7 @@ std::vector<EdgeLine> inSight(const MeshSurface& surface, const LineView& view,
     const auto around = greatestAround(*farthest);
     const double gap = behindShare * view.scale() * glm::length(surface.bounds().size());
     const auto behind = [&](const EdgeLine& edge) {
-        const auto [from, to] = partOf(endsOf(surface.mesh(), edge, view), edge.piece);
+        const auto [from, to] = partOf(endsOf(surface, edge, view), edge.piece);
         const double parts = std::ceil(glm::distance(view.onScreen(from), view.onScreen(to))) + 1.0;
         for (double part = 0.0; part <= parts; ++part) {
             const glm::dvec3 place = from + view.alongLine(from, to, part / parts) * (to - from);
@@ -281,13 +281,13 @@ std::vector<EdgeLine> inSight(const MeshSurface& surface, const LineView& view,
 }
 
 /// Of lines behind which something may be hidden: a surface ends there for the eye.
-LineCrossings crossingsOf(const storage::SurfaceMesh& mesh, const LineView& view,
+LineCrossings crossingsOf(const MeshSurface& surface, const LineView& view,
                           const std::vector<EdgeLine>& edges, const std::stop_token& stop) {
     std::vector<ScreenLine> lines;
     lines.reserve(edges.size());
     for (const auto& edge : edges) {
         if (edge.kind != LineKind::crease)
-            lines.push_back(onScreen(partOf(endsOf(mesh, edge, view), edge.piece), view));
+            lines.push_back(onScreen(partOf(endsOf(surface, edge, view), edge.piece), view));
     }
     const auto width = static_cast<std::uint32_t>(view.size().x),
                height = static_cast<std::uint32_t>(view.size().y);
@@ -300,7 +300,7 @@ std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
                               const std::vector<EdgeLine>& edges, const HiderSearch& search,
                               const std::stop_token& stop) {
     const auto near = inSight(surface, view, edges, search.farthest, stop);
-    const auto crossings = crossingsOf(surface.mesh(), view, near, stop);
+    const auto crossings = crossingsOf(surface, view, near, stop);
     return inOrder<EdgeLine>(near.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
         PieceFinder(surface, view, crossings, search)
             .find(std::span(near).subspan(first, last - first), pieces, stop);
