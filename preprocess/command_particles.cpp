@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 
 #include "preprocess/job_kinds.h"
 #include "preprocess/particles/particles_job.h"
+#include "preprocess/readers/particle_reader.h"
 
 namespace mote::prep {
 namespace {
@@ -104,13 +105,8 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
         .option("INPUT", options.inputs,
                 "The files of one runParticles, a folder of them, or a dataset with columns")
         .required();
-    command
-        .option(
-            "--format", options.format,
-            "auto, openpmd, h5part, impactz, impactt, astra, tracewin, genesis4, sdds, elegant, csv, npy, "
-            "npz, tfs, json, gpt, ocelot, opal or pyorbit")
-        .oneOf({"auto", "openpmd", "h5part", "impactz", "impactt", "astra", "tracewin", "genesis4", "sdds",
-                "elegant", "csv", "npy", "npz", "tfs", "json", "gpt", "ocelot", "opal", "pyorbit"})
+    command.option("--format", options.format, fmt::format("{}", fmt::join(particleFormats(), ", ")))
+        .oneOf(particleFormats())
         .valueName("NAME");
     command.option("--species", options.species, "openPMD species; needed where there are several")
         .valueName("NAME");

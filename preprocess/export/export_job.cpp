@@ -51,8 +51,8 @@ Result<std::vector<std::size_t>> chosenColumns(const proto::ExportJob& job,
     }
     for (int i = 0; i < job.columns_size(); ++i) {
         if (!there.contains(job.columns(i)))
-            return Error{ErrorCode::notFound, fmt::format("columns[{}]", i),
-                         fmt::format("the dataset has no column \"{}\"", job.columns(i))};
+            return notFound(fmt::format("columns[{}]", i),
+                            fmt::format("the dataset has no column \"{}\"", job.columns(i)));
     }
     return chosen;
 }
@@ -223,8 +223,8 @@ Status run(const proto::ExportJob& job, const std::filesystem::path& dataset,
            const std::filesystem::path& output, Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(auto manifest, storage::readManifest(dataset));
     if (manifest.kind() != "particles") {
-        return Error{ErrorCode::unsupported, "dataset",
-                     fmt::format("holds no particles: it is of kind \"{}\"", manifest.kind())};
+        return unsupported("dataset",
+                           fmt::format("holds no particles: it is of kind \"{}\"", manifest.kind()));
     }
     Export exported(job, dataset, std::make_shared<const proto::Manifest>(std::move(manifest)), progress);
     MOTE_RETURN_IF_ERROR(exported.prepare());

@@ -44,14 +44,14 @@ Result<std::optional<storage::Luminance>> readBilevelTiff(const std::filesystem:
     TIFFGetField(file.get(), TIFFTAG_PHOTOMETRIC, &meaning);
     const std::string where = path.string();
     if (samples != 1 || meaning > PHOTOMETRIC_MINISBLACK || TIFFIsTiled(file.get()) != 0) {
-        return Error{ErrorCode::unsupported, where,
-                     "does not say how many bits a sample has, and is no picture in black and white"};
+        return unsupported(where,
+                           "does not say how many bits a sample has, and is no picture in black and white");
     }
     storage::Luminance picture;
     TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &picture.width);
     TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &picture.height);
     const std::uint64_t pixels = std::uint64_t{picture.width} * picture.height;
-    if (pixels == 0) return Error{ErrorCode::corrupt, where, "has no pixels"};
+    if (pixels == 0) return corrupt(where, "has no pixels");
     if (pixels > mostPixels || picture.width > storage::maxImageSide ||
         picture.height > storage::maxImageSide) {
         return Error{
@@ -59,12 +59,11 @@ Result<std::optional<storage::Luminance>> readBilevelTiff(const std::filesystem:
             fmt::format("has {} x {} pixels, more than the job may take", picture.width, picture.height)};
     }
     std::vector<unsigned char> row(static_cast<std::size_t>(TIFFScanlineSize64(file.get())));
-    if (row.size() * 8 < picture.width)
-        return Error{ErrorCode::corrupt, where, "has rows that are too short"};
+    if (row.size() * 8 < picture.width) return corrupt(where, "has rows that are too short");
     picture.values.reserve(static_cast<std::size_t>(pixels));
     for (std::uint32_t y = 0; y < picture.height; ++y) {
         if (TIFFReadScanline(file.get(), row.data(), y) < 0) {
-            return Error{ErrorCode::corrupt, where, fmt::format("its row {} cannot be read", y)};
+            return corrupt(where, fmt::format("its row {} cannot be read", y));
         }
         for (std::uint32_t x = 0; x < picture.width; ++x) {
             const bool bit = (row[x / 8] >> (7 - x % 8) & 1U) != 0;

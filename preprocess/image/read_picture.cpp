@@ -143,8 +143,7 @@ class PictureReader {
 
     Status checkSize(std::uint64_t memory) {
         if (spec_.deep || spec_.depth > 1) {
-            return Error{ErrorCode::unsupported, path_.string(),
-                         "is no flat picture, but a deep or solid one"};
+            return unsupported(path_.string(), "is no flat picture, but a deep or solid one");
         }
         if (spec_.width < 1 || spec_.height < 1 || spec_.nchannels < 1) {
             return corrupt(fmt::format("has no pixels ({} x {}, {} channels)", spec_.width, spec_.height,
@@ -184,8 +183,8 @@ class PictureReader {
             picture_.colorSpace = fmt::format("gamma {:.3g}", gamma);
             gamma_ = gamma;
         } else {
-            return Error{ErrorCode::unsupported, path_.string(),
-                         fmt::format("has the colour space \"{}\", which is not known", said.substr(0, 40))};
+            return unsupported(path_.string(), fmt::format("has the colour space \"{}\", which is not known",
+                                                           said.substr(0, 40)));
         }
         return success();
     }
@@ -321,7 +320,7 @@ Result<const char*> pictureFormat(const std::filesystem::path& path) {
         return std::string_view(head).starts_with(signature.bytes);
     });
     if (found == signatures.end()) {
-        return Error{ErrorCode::unsupported, path.string(), "is no PNG, JPEG, TIFF or OpenEXR picture"};
+        return unsupported(path.string(), "is no PNG, JPEG, TIFF or OpenEXR picture");
     }
     if (found->format != "jpeg"sv) return found->format;
     MOTE_ASSIGN_OR_RETURN(const auto bytes, storage::readWhole(path, jpegLimit));

@@ -81,10 +81,10 @@ Result<int> endOf(int status, const Confinement& confinement, const CancelSignal
             fmt::format("reading it took more than {} s of the processor or more memory than there is",
                         confinement.seconds)};
     }
-    return Error{ErrorCode::corrupt, "",
-                 fmt::format("is damaged in a way that its reader does not survive (it was ended by signal "
-                             "{}: {})",
-                             number, ::strsignal(number))};
+    return corrupt("",
+                   fmt::format("is damaged in a way that its reader does not survive (it was ended by signal "
+                               "{}: {})",
+                               number, ::strsignal(number)));
 }
 
 }  // namespace

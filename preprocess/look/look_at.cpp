@@ -6,6 +6,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "preprocess/mesh/read_mesh.h"
+
 namespace mote::prep {
 namespace {
 
@@ -30,15 +32,7 @@ bool saysOfOthers(const Error& error) {
 }
 
 bool isNamedMesh(const std::filesystem::path& path) {
-    const std::string name = path.filename().string();
-    const auto ends = [&](std::string_view ending) {
-        const auto tail = name.size() < ending.size() ? name : name.substr(name.size() - ending.size());
-        return std::equal(tail.begin(), tail.end(), ending.begin(), ending.end(),
-                          [](char a, char b) { return (a | 0x20) == (b | 0x20); });
-    };
-    return std::any_of(meshEndings.begin(), meshEndings.end(), [&](std::string_view ending) {
-        return ends(ending) || ends(std::string(ending) + ".gz");
-    });
+    return std::find(meshEndings.begin(), meshEndings.end(), meshEnding(path)) != meshEndings.end();
 }
 
 /// Gathers what is found, and why it is nothing else.
@@ -96,8 +90,7 @@ Result<Look> lookAt(const std::filesystem::path& input, const LookOptions& optio
     std::error_code code;
     const bool there = std::filesystem::exists(input, code);
     const bool pattern = input.filename().string().find_first_of("%*?") != std::string::npos;
-    if (!there && !pattern)
-        return Error{ErrorCode::notFound, input.string(), "there is no file or folder of this name"};
+    if (!there && !pattern) return notFound(input.string(), "there is no file or folder of this name");
     if (std::filesystem::exists(input / "manifest.json", code)) {
         Look look;
         look.input = input.string();
@@ -123,6 +116,27 @@ Result<Look> lookAt(const std::filesystem::path& input, const LookOptions& optio
     if (file && !mesh && !looking.found() && std::filesystem::file_size(input, code) <= unnamedMesh)
         MOTE_RETURN_IF_ERROR(looking.as(lookAtMesh));
     return looking.finish();
+}
+
+std::string toldBy(const std::string& wantedFormat, std::string_view told) {
+    return wantedFormat.empty() || wantedFormat == "auto" ? std::string(told) : "--format";
+}
+
+Result<std::vector<Found>> lookAtEach(const std::vector<std::string>& names, const Found& whole,
+                                      const std::function<Result<Found>(const std::string& name)>& look) {
+    std::vector<Found> all;
+    for (const std::string& name : names) {
+        auto found = look(name);
+        if (found.ok()) {
+            all.push_back(std::move(*found));
+            continue;
+        }
+        if (names.size() == 1 || found.error().code == ErrorCode::cancelled) return found.error();
+        all.push_back(whole);
+        all.back().name = name;
+        all.back().refused.push_back(found.error().toString());
+    }
+    return all;
 }
 
 }  // namespace mote::prep

@@ -7,6 +7,7 @@
 #include "preprocess/kept_notes.h"
 #include "preprocess/look/look_at.h"
 #include "preprocess/look/silent_notes.h"
+#include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/particle_source.h"
 #include "preprocess/readers/run_species.h"
 
@@ -15,37 +16,9 @@ namespace {
 
 constexpr std::uint64_t chunkRows = 1u << 20;
 
-struct Told {
-    std::string_view format, by;
-};
-/// What tells each format, unless --format does.
-constexpr std::array<Told, 19> told{{
-    {"openpmd", "HDF5 with openPMD's attributes or records"},
-    {"h5part", "HDF5 with groups Step#N"},
-    {"impactz", "nine columns of numbers, and ImpactZ.in beside it or a frequency"},
-    {"impactt", "six columns of numbers, and ImpactT.in beside it"},
-    {"sdds", "its first line SDDS"},
-    {"elegant", "HDF5 with groups pageN/columns"},
-    {"csv", "a table with a line of names, or --map"},
-    {"npy", "NumPy's mark of one array"},
-    {"npz", "an archive of NumPy's arrays"},
-    {"tracewin", "TraceWin's mark in its first bytes"},
-    {"astra", "ten columns of numbers, of which the last two can be a species and a status"},
-    {"genesis4", "HDF5 with slicelength, slicespacing and beamletsize"},
-    {"tfs", "lines '@ NAME' of TFS"},
-    {"json", "JSON with lists of numbers"},
-    {"gpt", "GPT's mark, or its names in text"},
-    {"ocelot", "an archive with the arrays rparticles and E"},
-    {"opal", "its first line the number of rows of six numbers"},
-    {"pyorbit", "lines '% PARTICLE_ATTRIBUTES'"},
-    {"mote", "a dataset of our own"},
-}};
-
-std::string toldBy(const proto::ParticlesJob& job, const std::string& format) {
-    if (!job.format().empty() && job.format() != "auto") return "--format";
-    const auto* const found =
-        std::find_if(told.begin(), told.end(), [&](const Told& one) { return one.format == format; });
-    return found == told.end() ? "its content" : std::string(found->by);
+std::string toldByReader(const proto::ParticlesJob& job, const std::string& format) {
+    const ParticleReader* reader = particleReader(format);
+    return toldBy(job.format(), reader == nullptr ? "its content" : reader->told);
 }
 
 struct ColumnFact {
@@ -147,7 +120,7 @@ Result<Found> lookAtOne(const proto::ParticlesJob& job, const std::filesystem::p
     Found found;
     found.kind = "particles";
     found.format = source->format();
-    found.told = toldBy(job, found.format);
+    found.told = toldByReader(job, found.format);
     found.name = job.species();
     addParticle(*source, found);
     addSteps(*source, found);
@@ -169,23 +142,11 @@ Result<std::vector<Found>> lookAtParticles(const std::filesystem::path& input, c
         MOTE_ASSIGN_OR_RETURN(auto several, runSpecies(job, {input}, silent));
         if (several.size() > 1) species = std::move(several);
     }
-    std::vector<Found> all;
-    for (const std::string& each : species) {
-        job.set_species(each);
-        auto found = lookAtOne(job, input, options.all, progress);
-        if (found.ok()) {
-            all.push_back(std::move(*found));
-            continue;
-        }
-        if (species.size() == 1 || found.error().code == ErrorCode::cancelled) return found.error();
-        Found& broken = all.emplace_back();
-        broken.kind = "particles";
-        broken.format = "openpmd";
-        broken.told = toldBy(job, "openpmd");
-        broken.name = each;
-        broken.refused.push_back(found.error().toString());
-    }
-    return all;
+    const Found whole{"particles", "openpmd", toldByReader(job, "openpmd"), "", {}, {}, {}, {}};
+    return lookAtEach(species, whole, [&](const std::string& name) {
+        job.set_species(name);
+        return lookAtOne(job, input, options.all, progress);
+    });
 }
 
 }  // namespace mote::prep

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
@@ -32,14 +31,6 @@ void addBounds(const TriangleMesh& mesh, Found& found) {
     }
 }
 
-/// ".obj" of "Skull.OBJ.gz", without the dot.
-std::string endingOf(const std::filesystem::path& path) {
-    auto ending = path.extension() == ".gz" ? path.stem().extension().string() : path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending.empty() ? ending : ending.substr(1);
-}
-
 }  // namespace
 
 Result<std::vector<Found>> lookAtMesh(const std::filesystem::path& input, const LookOptions& options,
@@ -50,7 +41,8 @@ Result<std::vector<Found>> lookAtMesh(const std::filesystem::path& input, const 
     const MeshCounts& counts = read.counts;
     Found found;
     found.kind = "mesh";
-    found.format = endingOf(input);
+    const std::string ending = meshEnding(input);
+    found.format = ending.substr(std::min<std::size_t>(1, ending.size()));
     found.told = "its first words, else its name's ending";
     found.facts.push_back({"vertices", counts.vertices, "vertices", fmt::format("{}", counts.vertices)});
     const auto kept = static_cast<std::uint64_t>(read.mesh.triangles.size());

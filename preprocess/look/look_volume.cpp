@@ -19,29 +19,6 @@ namespace {
 
 constexpr std::uint64_t slabBytes = 64 << 20;
 
-struct ToldVolume {
-    std::string_view format, by;
-};
-/// What tells each format, unless --format does.
-constexpr std::array<ToldVolume, 11> toldVolumes{{{"nrrd", "its first bytes NRRD"},
-                                                  {"nifti", "NIfTI's mark in its header"},
-                                                  {"metaimage", "MetaImage's fields"},
-                                                  {"vti", "XML of a VTK image"},
-                                                  {"vdb", "OpenVDB's mark"},
-                                                  {"pictures", "pictures, each a slice"},
-                                                  {"openpmd", "HDF5 with openPMD's attributes"},
-                                                  {"dicom", "DICOM's mark"},
-                                                  {"npy", "NumPy's mark of one array"},
-                                                  {"mrc", "MRC's mark MAP in its header"},
-                                                  {"raw", "its dimensions were given"}}};
-
-std::string toldBy(const proto::VolumeSourceOptions& options, const std::string& format) {
-    if (!options.format().empty() && options.format() != "auto") return "--format";
-    const auto* const found = std::find_if(toldVolumes.begin(), toldVolumes.end(),
-                                           [&](const ToldVolume& one) { return one.format == format; });
-    return found == toldVolumes.end() ? "its content" : std::string(found->by);
-}
-
 /// "right" of a step of voxels along x of a patient's world, "+x" of others: the axis along which it goes
 /// most.
 std::string directionOf(const glm::dvec3& step, const std::string& space) {
@@ -124,7 +101,7 @@ Result<Found> lookAtField(const std::vector<std::filesystem::path>& inputs, cons
         if (!source.ok() && i == 0) return source.error();
         if (i == 0) {
             found.format = (*source)->format();
-            found.told = toldBy(wanted, found.format);
+            found.told = toldBy(wanted.format(), toldOfVolume(found.format));
             range.unit = (*source)->shape().valueUnit;
             addShape((*source)->shape(), steps.size(), found);
         }
@@ -182,27 +159,17 @@ Result<std::vector<Found>> lookAtVolume(const std::filesystem::path& input, cons
                                         Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(const auto inputs, filesOf(input));
     MOTE_ASSIGN_OR_RETURN(const auto fields, fieldsOf(inputs.front(), options.volume.field()));
-    std::vector<Found> all;
-    for (const std::string& field : fields) {
+    const auto look = [&](const std::string& field) {
         auto wanted = options.volume;
         wanted.set_field(field);
-        auto found = lookAtField(inputs, options, wanted, progress);
-        if (found.ok()) {
-            all.push_back(std::move(*found));
-            continue;
-        }
-        const Error error = found.error();
-        if (error.code == ErrorCode::unsupported && fields.size() == 1 && field.empty())
-            return lookAtComponents(inputs, options, error, progress);
-        if (fields.size() == 1 || error.code == ErrorCode::cancelled) return error;
-        Found& broken = all.emplace_back();
-        broken.kind = "volume";
-        broken.format = "openpmd";
-        broken.told = toldBy(wanted, "openpmd");
-        broken.name = field;
-        broken.refused.push_back(found.error().toString());
-    }
-    return all;
+        return lookAtField(inputs, options, wanted, progress);
+    };
+    const Found whole{
+        "volume", "openpmd", toldBy(options.volume.format(), toldOfVolume("openpmd")), "", {}, {}, {}, {}};
+    auto found = lookAtEach(fields, whole, look);
+    const bool several = !found.ok() && found.error().code == ErrorCode::unsupported && fields.size() == 1 &&
+                         fields.front().empty();
+    return several ? lookAtComponents(inputs, options, found.error(), progress) : found;
 }
 
 }  // namespace mote::prep

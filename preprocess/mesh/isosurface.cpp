@@ -100,7 +100,7 @@ class SurfaceNet {
     }
     Result<TriangleMesh> take() {
         if (!mesh_.triangles.empty()) return std::move(mesh_);
-        return Error{ErrorCode::invalidArgument, "isovalue", whyEmpty()};
+        return invalid("isovalue", whyEmpty());
     }
 
   private:

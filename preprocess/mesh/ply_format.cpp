@@ -48,7 +48,7 @@ class PlyParser {
                 if (meaning == Meaning::x || meaning == Meaning::y || meaning == Meaning::z) ++axes;
                 const bool indices = meaning == Meaning::polygon || meaning == Meaning::strips;
                 if (indices && property.type >= PlyType::float32) {
-                    return Error{ErrorCode::corrupt, name_, "its faces name vertices by fractions"};
+                    return corrupt(name_, "its faces name vertices by fractions");
                 }
                 indexed = indexed || indices;
             }
@@ -56,9 +56,9 @@ class PlyParser {
             mesh_.positions.reserve(element.count);
             vertices_ = element.count;
         }
-        if (axes != 3) return Error{ErrorCode::corrupt, name_, "its vertices have not one x, y and z each"};
+        if (axes != 3) return corrupt(name_, "its vertices have not one x, y and z each");
         if (indexed) return success();
-        return Error{ErrorCode::unsupported, name_, "has no faces: a cloud of points is no mesh"};
+        return unsupported(name_, "has no faces: a cloud of points is no mesh");
     }
 
     Status read(const PlyElement& element) {

@@ -78,8 +78,8 @@ class HeaderReader {
         } else if (word == "binary_big_endian") {
             header_.encoding = PlyEncoding::bigEndian;
         } else {
-            return Error{ErrorCode::unsupported, name_,
-                         fmt::format("is encoded as \"{}\", which is not read", word.substr(0, 40))};
+            return unsupported(name_,
+                               fmt::format("is encoded as \"{}\", which is not read", word.substr(0, 40)));
         }
         return success();
     }

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <limits>
 
 #include "preprocess/mesh/mesh_formats.h"
@@ -18,33 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t pieceBytes = std::size_t{4} << 20;
 constexpr std::uint64_t mostTriangles = std::uint64_t{1} << 31;
-
-/// The whole file, inflated, a piece at a time, so that no size that it claims for itself is believed.
-Result<std::string> readAll(const fs::path& path, std::uint64_t limit, Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto source, ByteSource::open(path));
-    std::string bytes;
-    for (;;) {
-        if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
-        const auto before = bytes.size();
-        bytes.resize(before + pieceBytes);
-        MOTE_ASSIGN_OR_RETURN(const auto got, source->read(std::span(bytes).subspan(before)));
-        bytes.resize(before + got);
-        if (bytes.size() > limit) {
-            return Error{ErrorCode::resourceExhausted, path.filename().string(),
-                         fmt::format("has more than the {} MiB that memory allows{}", limit >> 20,
-                                     source->compressed() ? ", decompressed" : "")};
-        }
-        if (got < pieceBytes) return bytes;
-    }
-}
-
-/// ".obj" of "Skull.OBJ.gz".
-std::string endingOf(const fs::path& path) {
-    const auto last = lower(path.extension().string());
-    return last == ".gz" ? lower(path.stem().extension().string()) : last;
-}
 
 using Parse = Result<TriangleMesh> (*)(std::string_view, const std::string&);
 
@@ -64,15 +36,24 @@ Parse parserOf(std::string_view bytes, const std::string& ending) {
 
 }  // namespace
 
+std::string meshEnding(const fs::path& path) {
+    const auto last = lower(path.extension().string());
+    return last == ".gz" ? lower(path.stem().extension().string()) : last;
+}
+
 Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto bytes, readAll(path, limit, progress));
+    MOTE_ASSIGN_OR_RETURN(
+        auto bytes,
+        wholeFile(path, limit,
+                  fmt::format("has more than the {} MiB that memory allows, unpacked", limit >> 20),
+                  progress));
     const auto name = path.filename().string();
     if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff")) {
-        return Error{ErrorCode::unsupported, name, "is text in UTF-16, which is not read: save it as UTF-8"};
+        return unsupported(name, "is text in UTF-16, which is not read: save it as UTF-8");
     }
-    const auto parse = parserOf(bytes, endingOf(path));
+    const auto parse = parserOf(bytes, meshEnding(path));
     if (parse == nullptr) {
-        return Error{ErrorCode::unsupported, name, "is no OBJ, PLY, STL or OFF file"};
+        return unsupported(name, "is no OBJ, PLY, STL or OFF file");
     }
     MOTE_ASSIGN_OR_RETURN(auto parsed, parse(bytes, name));
     bytes = {};
@@ -87,8 +68,7 @@ Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& p
     made.mesh = weldMesh(std::move(parsed), made.counts);
     if (!made.mesh.triangles.empty()) return made;
     const auto repairs = describeRepairs(made.counts);
-    return Error{ErrorCode::unsupported, name,
-                 repairs.empty() ? "has no triangles" : "has no triangle to keep: " + repairs};
+    return unsupported(name, repairs.empty() ? "has no triangles" : "has no triangle to keep: " + repairs);
 }
 
 std::string describeRepairs(const MeshCounts& counts) {

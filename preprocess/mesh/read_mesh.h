@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "preprocess/job.h"
 #include "preprocess/mesh/triangle_mesh.h"
@@ -22,6 +23,9 @@ struct ReadMesh {
 /// inflated. Errors: notFound, permissionDenied, unsupported (no mesh format, no triangles that are kept),
 /// corrupt with file and line or byte, resourceExhausted (larger than the limit), cancelled.
 Result<ReadMesh> readMesh(const std::filesystem::path& path, std::uint64_t limit, Progress& progress);
+
+/// ".obj" of "Skull.OBJ.gz".
+std::string meshEnding(const std::filesystem::path& path);
 
 /// One sentence of what was put right; empty where all was well.
 std::string describeRepairs(const MeshCounts& counts);

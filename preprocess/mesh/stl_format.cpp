@@ -32,8 +32,8 @@ Result<ExactMesh> parseBinary(std::string_view bytes, const std::string& name) {
     auto count = statedTriangles(bytes);
     const auto held = (bytes.size() - headerBytes) / triangleBytes;
     if (count > held) {
-        return Error{ErrorCode::corrupt, fmt::format("{}: byte 80", name),
-                     fmt::format("says {} triangles, and there are bytes for {}", count, held)};
+        return corrupt(fmt::format("{}: byte 80", name),
+                       fmt::format("says {} triangles, and there are bytes for {}", count, held));
     }
     ExactMesh mesh;
     if (count == 0 && held > 0) {
@@ -92,7 +92,7 @@ Result<TriangleMesh> parseStl(std::string_view bytes, const std::string& name) {
     const auto has = [&](const char* word) { return head.find(word) != std::string::npos; };
     const bool text = !isBinaryStl(bytes) && has("solid") && (has("facet") || has("endsolid"));
     if (!text && bytes.size() < headerBytes) {
-        return Error{ErrorCode::corrupt, name, "is too short for an STL file"};
+        return corrupt(name, "is too short for an STL file");
     }
     MOTE_ASSIGN_OR_RETURN(auto mesh, text ? parseAscii(bytes, name) : parseBinary(bytes, name));
     return toFloats(std::move(mesh));

@@ -91,11 +91,10 @@ Result<double> unitFactor(Column column, std::string_view written, double mass, 
     if (isMomentum(column) &&
         std::find(std::begin(massUnits), std::end(massUnits), unit) != std::end(massUnits)) {
         if (mass > 0.0) return mass;
-        return Error{ErrorCode::invalidArgument, where,
-                     "is in units of m c; give the particle's mass (impact.mass of the job, eV/c^2)"};
+        return invalid(where,
+                       "is in units of m c; give the particle's mass (impact.mass of the job, eV/c^2)");
     }
-    return Error{ErrorCode::unsupported, where,
-                 "has the unit '" + std::string(written) + "', which is not known"};
+    return unsupported(where, "has the unit '" + std::string(written) + "', which is not known");
 }
 
 }  // namespace

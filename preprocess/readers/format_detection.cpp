@@ -2,145 +2,94 @@
 #include "preprocess/readers/format_detection.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
-#include <string_view>
 #include <system_error>
 
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_file.h"
-#include "preprocess/readers/impact/impact_deck.h"
-#include "preprocess/readers/impact/number_table.h"
-#include "preprocess/readers/known_formats.h"
-#include "preprocess/readers/npy/zip_directory.h"
-#include "preprocess/readers/openpmd/layout.h"
-#include "preprocess/readers/particle_formats.h"
-#include "preprocess/readers/sdds/sdds_header.h"
+#include "preprocess/readers/known_files.h"
+#include "preprocess/readers/series_source.h"
+#include "preprocess/readers/table/table_map.h"
 #include "preprocess/readers/text/byte_source.h"
 
 namespace mote::prep {
 namespace {
 
-using Format = ParticleFormat;
-
-constexpr std::size_t impactZColumns = 9;
-constexpr std::size_t impactTColumns = 6;
-constexpr std::size_t opalColumns = 6;
-constexpr std::size_t astraColumns = 10;
 constexpr std::size_t beginBytes = 4096;
 
-struct Name {
-    std::string_view name;
-    Format format;
-};
-constexpr Name names[] = {
-    {"openpmd", Format::openpmd}, {"h5part", Format::h5part},    {"impactz", Format::impactZ},
-    {"impactt", Format::impactT}, {"sdds", Format::sdds},        {"csv", Format::csv},
-    {"npy", Format::npy},         {"npz", Format::npz},          {"tracewin", Format::tracewin},
-    {"astra", Format::astra},     {"genesis4", Format::genesis}, {"elegant", Format::elegant},
-    {"tfs", Format::tfs},         {"json", Format::json},        {"gpt", Format::gpt},
-    {"ocelot", Format::ocelot},   {"opal", Format::opal},        {"pyorbit", Format::pyorbit}};
+using ReaderKind = ParticleReader::Kind;
 
-Error unsupported(const std::filesystem::path& path, std::string message) {
-    return {ErrorCode::unsupported, path.filename().string(), std::move(message)};
+/// The first reader of a kind that takes the file for its own; null: none does.
+Result<const ParticleReader*> readerOf(ReaderKind kind, const AskedFile& file) {
+    for (const ParticleReader* reader : particleReaders()) {
+        if (reader->kind != kind) continue;
+        MOTE_ASSIGN_OR_RETURN(const bool own, reader->tells(file));
+        if (own) return reader;
+    }
+    return nullptr;
 }
 
-Result<Format> hdf5Format(const std::filesystem::path& path) {
-    MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
-    if (looksLikeOpenpmd(file)) return Format::openpmd;
-    if (looksLikeH5Part(file)) return Format::h5part;
-    if (looksLikeGenesis(file)) return Format::genesis;
-    if (looksLikeSddsHdf5(file)) return Format::elegant;
-    if (holdsOpenpmd(file)) return Format::openpmd;
-    return unsupported(path,
+Result<const ParticleReader*> tellHdf5(AskedFile file) {
+    MOTE_ASSIGN_OR_RETURN(const auto opened, H5File::open(file.path));
+    file.hdf5 = &opened;
+    MOTE_ASSIGN_OR_RETURN(const auto* found, readerOf(ReaderKind::hdf5, file));
+    if (found != nullptr) return found;
+    return unsupported(opened.name(),
                        "is an HDF5 file that is neither openPMD (no attribute 'openPMD' in its root, no such "
                        "particles in any group) nor H5Part (no group Step#0), of Genesis 4 (no slicelength) "
                        "or of elegant (no group page1/columns)");
 }
 
-/// A table of numbers without names. What its columns mean the deck beside it says.
-Result<Format> numbersFormat(const proto::ParticlesJob& job, const std::filesystem::path& path,
-                             const NumberTable::Shape& shape) {
-    using Code = ImpactDeck::Code;
-    const std::size_t columns = shape.columns;
-    const bool deckZ = ImpactDeck::beside(path, Code::impactZ).has_value();
-    const bool deckT = ImpactDeck::beside(path, Code::impactT).has_value();
-    if (columns >= impactTColumns && deckZ != deckT) return deckZ ? Format::impactZ : Format::impactT;
-    if (columns == impactZColumns && job.has_impact() && job.impact().has_frequency()) return Format::impactZ;
-    // OPAL's and IMPACT-T's look alike, and mean the same but for the fifth column and the charge.
-    const bool ofImpact = deckT || job.impact().has_frequency() || job.impact().has_current();
-    if (columns == opalColumns && shape.declared && !ofImpact) return Format::opal;
-    if (columns == impactTColumns && (ofImpact || job.has_impact())) return Format::impactT;
-    if (columns == astraColumns && looksLikeAstra(path)) return Format::astra;
-    return unsupported(
-        path, "is a table of " + std::to_string(columns) +
-                  " columns of numbers without names; say what they are with --map (x=1 [mm],px=2 [MeV/c]), "
-                  "what it is with --format impactz or impactt, or put a line of names over it");
-}
-
-Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem::path& path,
-                          std::string_view begin) {
-    MOTE_ASSIGN_OR_RETURN(const auto options, tableOptions(job));
-    if (!options.map.empty()) return Format::csv;
-    const std::size_t first = begin.find_first_not_of(" \t\r\n");
-    if (first != std::string_view::npos) {
-        if (begin.substr(first).starts_with("@ ")) return Format::tfs;
-        if (begin[first] == '{' || begin[first] == '[') return Format::json;
+Result<const ParticleReader*> tellText(AskedFile file) {
+    const std::string name = file.path.filename().string();
+    MOTE_ASSIGN_OR_RETURN(const auto map, TableMap::parse(file.job.map()));
+    if (!map.empty()) return particleReader("csv");
+    MOTE_ASSIGN_OR_RETURN(const auto* found, readerOf(ReaderKind::text, file));
+    if (found != nullptr) return found;
+    MOTE_ASSIGN_OR_RETURN(file.shape, NumberTable::probe(file.path));
+    if (file.shape.columns == 0) return unsupported(name, "is empty");
+    MOTE_ASSIGN_OR_RETURN(const auto* ofRows, readerOf(ReaderKind::rows, file));
+    if (ofRows != nullptr) return ofRows;
+    if (file.shape.numbers) {
+        return unsupported(
+            name,
+            "is a table of " + std::to_string(file.shape.columns) +
+                " columns of numbers without names; say what they are with --map (x=1 [mm],px=2 [MeV/c]), "
+                "what it is with --format impactz or impactt, or put a line of names over it");
     }
-    if (looksLikePyorbit(begin)) return Format::pyorbit;
-    if (looksLikeOpal(begin)) return Format::opal;
-    if (looksLikeGptText(path)) return Format::gpt;
-    MOTE_ASSIGN_OR_RETURN(const auto shape, NumberTable::probe(path));
-    if (shape.columns == 0) return unsupported(path, "is empty");
-    const auto header = readCsvHeader(path, options);
-    if (header) return Format::csv;
-    // A unit or a name that is wrong in a line of names says more than "not known".
-    if (header.error().code != ErrorCode::notFound) return header.error();
-    if (shape.numbers) return numbersFormat(job, path, shape);
-    if (const auto known = knownFormat(begin, path.filename().string())) return unsupported(path, *known);
+    if (const auto known = knownFile(file.begin, name, WantedAs::particles)) return unsupported(name, *known);
     return unsupported(
-        path,
+        name,
         "is of no known format: neither HDF5 (openPMD, H5Part), SDDS, .npy, .npz, a table with a line of "
         "names, nor a particle file of IMPACT; say what a table's columns are with --map (x=X [mm],...)");
 }
 
-Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::path& path) {
+Result<const ParticleReader*> tell(const proto::ParticlesJob& job, const std::filesystem::path& path) {
+    const std::string name = path.filename().string();
     std::error_code code;
     if (std::filesystem::is_directory(path, code)) {
-        return unsupported(path, knownFolder(path).value_or("is a folder; name the files in it"));
+        return unsupported(
+            name, knownFolder(path, WantedAs::particles).value_or("is a folder; name the files in it"));
     }
-    MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(path));
-    std::array<char, beginBytes> bytes{};
-    std::size_t got = 0;
-    while (got < bytes.size()) {
-        MOTE_ASSIGN_OR_RETURN(const auto more, source->read(std::span(bytes).subspan(got)));
-        if (more == 0) break;
-        got += more;
-    }
-    const std::string_view begin(bytes.data(), got);
-    if (begin.empty()) return unsupported(path, "is empty");
-    if (H5File::looksLikeHdf5(path)) return hdf5Format(path);
-    if (begin.starts_with("\x93NUMPY")) return Format::npy;
-    if (looksLikeZip(begin)) return looksLikeOcelot(path) ? Format::ocelot : Format::npz;
-    if (looksLikeGdf(begin)) return Format::gpt;
-    if (looksLikeDst(begin)) return Format::tracewin;
-    if (looksLikeSdds(begin)) return Format::sdds;
+    MOTE_ASSIGN_OR_RETURN(const auto begin, beginningOf(path, beginBytes));
+    if (begin.empty()) return unsupported(name, "is empty");
+    const AskedFile file{path, job, begin};
+    if (H5File::looksLikeHdf5(path)) return tellHdf5(file);
+    MOTE_ASSIGN_OR_RETURN(const auto* found, readerOf(ReaderKind::bytes, file));
+    if (found != nullptr) return found;
     // Bytes that are no text are of a format of their own; the first letters of a text may still be a name.
-    const bool text = begin.find('\0') == std::string_view::npos;
-    if (const auto known = knownFormat(begin, path.filename().string(), text))
-        return unsupported(path, *known);
-    if (begin.starts_with("ADIOS-BP") || path.extension() == ".bp")
-        return unsupported(path, *knownFormat("ADIOS-BP", path.filename().string()));
-    return textFormat(job, path, begin);
+    const bool text = begin.find('\0') == std::string::npos;
+    if (const auto known = knownFile(begin, name, WantedAs::particles, text))
+        return unsupported(name, *known);
+    if (path.extension() == ".bp")
+        return unsupported(name, *knownFile("ADIOS-BP", name, WantedAs::particles));
+    return tellText(file);
 }
 
-Result<Format> formatNamed(const std::string& name) {
-    for (const Name& known : names) {
-        if (known.name == name) return known.format;
-    }
-    std::string all = "auto";
-    for (const Name& known : names) all += ", " + std::string(known.name);
-    return Error{ErrorCode::invalidArgument, "format", "'" + name + "' is none of " + all};
+Result<const ParticleReader*> readerNamed(const std::string& name) {
+    if (const auto* found = particleReader(name)) return found;
+    std::string all;
+    for (const std::string& known : particleFormats()) all += (all.empty() ? "" : ", ") + known;
+    return invalid("format", "'" + name + "' is none of " + all);
 }
 
 /// What is not of the run: counted, the first one named.
@@ -159,50 +108,44 @@ struct LeftOut {
 };
 
 /// What IMPACT writes of a run in files of these numbers: places, sizes and emittances, no particles.
-bool isImpactStatistics(Format format, const std::filesystem::path& path) {
+bool isImpactStatistics(const ParticleReader& reader, const std::filesystem::path& path) {
     constexpr std::int64_t first = 18, last = 36;
-    if (format != Format::impactZ && format != Format::impactT) return false;
+    if (!reader.name.starts_with("impact")) return false;
     const auto number = fileNumber(path);
     return path.filename().string().starts_with("fort.") && number && *number >= first && *number <= last;
 }
 
-/// A file and what its format is.
+/// A file and whose it is.
 struct Told {
     const InputFile* file = nullptr;
-    Format format = Format::csv;
-};
+    const ParticleReader* reader = nullptr;
 
-std::string nameOf(Format format) {
-    for (const Name& known : names) {
-        if (known.format == format) return std::string(known.name);
-    }
-    return "";
-}
+    std::string name() const { return file->path.filename().string(); }
+    std::string format() const { return std::string(reader->name); }
+};
 
 /// Files that are named must be of one format. Of a folder it is that of most files: what lies beside a run
 /// is no run.
-Result<Format> formatOfRun(const std::vector<Told>& told) {
+Result<const ParticleReader*> readerOfRun(const std::vector<Told>& told) {
     const Told* named = nullptr;
-    std::vector<std::pair<std::size_t, Format>> counts;
+    std::vector<std::pair<std::size_t, const Told*>> counts;
     for (const Told& one : told) {
         if (one.file->listed && named == nullptr) named = &one;
-        if (one.file->listed && one.format != named->format) {
-            return Error{ErrorCode::invalidArgument, one.file->path.filename().string(),
-                         "is of another format than " + named->file->path.filename().string() + ": " +
-                             nameOf(one.format) + ", not " + nameOf(named->format)};
+        if (one.file->listed && one.format() != named->format()) {
+            return invalid(one.name(), "is of another format than " + named->name() + ": " + one.format() +
+                                           ", not " + named->format());
         }
         auto found = std::find_if(counts.begin(), counts.end(),
-                                  [&](const auto& count) { return count.second == one.format; });
-        if (found == counts.end()) found = counts.insert(counts.end(), {0, one.format});
+                                  [&](const auto& count) { return count.second->format() == one.format(); });
+        if (found == counts.end()) found = counts.insert(counts.end(), {0, &one});
         ++found->first;
     }
-    if (named != nullptr) return named->format;
+    if (named != nullptr) return named->reader;
     std::stable_sort(counts.begin(), counts.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (counts.size() < 2 || counts[0].first > counts[1].first) return counts.front().second;
-    return Error{ErrorCode::invalidArgument, "inputs",
-                 "are as many files of " + nameOf(counts[0].second) + " as of " + nameOf(counts[1].second) +
-                     "; choose with --format, or name the files"};
+    if (counts.size() < 2 || counts[0].first > counts[1].first) return counts.front().second->reader;
+    return invalid("inputs", "are as many files of " + counts[0].second->format() + " as of " +
+                                 counts[1].second->format() + "; choose with --format, or name the files");
 }
 
 /// The files of which a format can be told, by the job or by what they hold; at least one.
@@ -212,47 +155,54 @@ Result<std::vector<Told>> tellAll(const proto::ParticlesJob& job, const std::vec
     std::optional<Error> failed;
     std::vector<Told> told;
     for (const InputFile& file : files) {
-        const auto format = named ? formatNamed(job.format()) : detect(job, file.path);
-        if (!format.ok()) {
-            const ErrorCode code = format.error().code;
+        const auto reader = named ? readerNamed(job.format()) : tell(job, file.path);
+        if (!reader.ok()) {
+            const ErrorCode code = reader.error().code;
             const bool odd = code == ErrorCode::corrupt || code == ErrorCode::unsupported;
-            if (files.size() == 1 || !odd) return format.error();
-            if (!failed) failed = format.error();
-            leftOut.add(format.error().toString());
-        } else if (!file.listed && isImpactStatistics(*format, file.path)) {
+            if (files.size() == 1 || !odd) return reader.error();
+            if (!failed) failed = reader.error();
+            leftOut.add(reader.error().toString());
+        } else if (!file.listed && isImpactStatistics(**reader, file.path)) {
             leftOut.add(file.path.filename().string() + " is one of IMPACT's own tables, fort.18 to fort.36");
         } else {
-            told.push_back({&file, *format});
+            told.push_back({&file, *reader});
         }
     }
     if (!told.empty()) return told;
-    return failed ? *failed : Error{ErrorCode::unsupported, "inputs", "hold no particles: " + leftOut.first};
+    return failed ? *failed : unsupported("inputs", "hold no particles: " + leftOut.first);
 }
 
 }  // namespace
-
-Result<CsvOptions> tableOptions(const proto::ParticlesJob& job) {
-    CsvOptions options;
-    options.mass = job.impact().mass() > 0.0 ? job.impact().mass() : job.mass();
-    MOTE_ASSIGN_OR_RETURN(options.map, TableMap::parse(job.map()));
-    return options;
-}
 
 Result<ParticleFiles> detectFormat(const proto::ParticlesJob& job, const std::vector<InputFile>& files,
                                    Progress& progress) {
     LeftOut leftOut;
     MOTE_ASSIGN_OR_RETURN(const auto told, tellAll(job, files, leftOut));
     ParticleFiles found;
-    MOTE_ASSIGN_OR_RETURN(found.format, formatOfRun(told));
+    MOTE_ASSIGN_OR_RETURN(found.reader, readerOfRun(told));
     for (const Told& one : told) {
-        const std::string name = one.file->path.filename().string();
-        if (one.format == found.format)
+        if (one.reader->name == found.reader->name)
             found.paths.push_back(one.file->path);
         else
-            leftOut.add(name + " is " + nameOf(one.format) + ", not " + nameOf(found.format));
+            leftOut.add(one.name() + " is " + one.format() + ", not " + std::string(found.reader->name));
     }
     leftOut.note(progress);
     return found;
+}
+
+Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::ParticlesJob& job,
+                                                           const std::vector<std::filesystem::path>& inputs,
+                                                           Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(const auto files, inputFiles(inputs));
+    MOTE_ASSIGN_OR_RETURN(const auto map, TableMap::parse(job.map()));
+    MOTE_ASSIGN_OR_RETURN(auto found, detectFormat(job, files, progress));
+    if (!job.species().empty() && found.reader->name != "openpmd") {
+        return invalid("species", "only openPMD files have species");
+    }
+    if (!map.empty() && found.reader->name != "csv") {
+        return invalid("map", "only tables of text have columns to be named");
+    }
+    return found.reader->open({std::move(found.paths), job, massOf(job)}, progress);
 }
 
 }  // namespace mote::prep

@@ -6,9 +6,9 @@
 #include <system_error>
 #include <utility>
 
-#include "preprocess/readers/file_number.h"
-#include "preprocess/readers/known_formats.h"
+#include "preprocess/readers/known_files.h"
 #include "preprocess/readers/openpmd/layout.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
@@ -29,7 +29,7 @@ Result<Paths> matching(const std::filesystem::path& input) {
         }
         if (found.size() > maxFiles) break;
     }
-    if (found.empty()) return Error{ErrorCode::notFound, pattern, "no file has a name like this"};
+    if (found.empty()) return notFound(pattern, "no file has a name like this");
     std::sort(found.begin(), found.end());
     Paths files;
     for (auto& [number, path] : found) files.push_back(std::move(path));
@@ -47,8 +47,8 @@ Result<Paths> inFolder(const std::filesystem::path& folder) {
         if (files.size() > maxFiles) break;
     }
     if (files.empty()) {
-        return Error{ErrorCode::notFound, folder.filename().string(),
-                     "is a folder without files; name the files or the folder that holds them"};
+        return notFound(folder.filename().string(),
+                        "is a folder without files; name the files or the folder that holds them");
     }
     std::sort(files.begin(), files.end());
     return inOrder(std::move(files));
@@ -60,7 +60,8 @@ Result<std::vector<InputFile>> inputFiles(const std::vector<std::filesystem::pat
     std::vector<InputFile> files;
     for (const std::filesystem::path& input : inputs) {
         std::error_code code;
-        const bool folder = std::filesystem::is_directory(input, code) && !knownFolder(input);
+        const bool folder =
+            std::filesystem::is_directory(input, code) && !knownFolder(input, WantedAs::particles);
         const bool pattern =
             !std::filesystem::exists(input, code) && input.filename().string().find('%') != std::string::npos;
         if (!folder && !pattern) {
@@ -73,7 +74,7 @@ Result<std::vector<InputFile>> inputFiles(const std::vector<std::filesystem::pat
             return Error{ErrorCode::resourceExhausted, "inputs", "are more than 100000 files"};
         }
     }
-    if (files.empty()) return Error{ErrorCode::invalidArgument, "inputs", "no input was given"};
+    if (files.empty()) return invalid("inputs", "no input was given");
     return files;
 }
 

@@ -10,6 +10,8 @@
 #include "preprocess/constants.h"
 #include "protocol/scene/utf8.h"
 
+#include "preprocess/readers/text/number.h"
+
 namespace mote::prep {
 namespace {
 

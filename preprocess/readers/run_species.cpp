@@ -35,7 +35,7 @@ Result<std::vector<std::string>> runSpecies(const proto::ParticlesJob& job,
     MOTE_ASSIGN_OR_RETURN(const auto files, inputFiles(inputs));
     MOTE_ASSIGN_OR_RETURN(const auto found, detectFormat(job, files, progress));
     std::vector<std::string> names;
-    if (found.format != ParticleFormat::openpmd) return names;
+    if (found.reader->name != "openpmd") return names;
     for (const std::filesystem::path& path : found.paths) {
         const Status added = addSpecies(path, progress, names);
         if (!added.ok() && added.error().code == ErrorCode::cancelled) return added.error();

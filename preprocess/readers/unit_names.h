@@ -4,8 +4,6 @@
 // compared. Values and functions without state.
 #pragma once
 
-#include <algorithm>
-#include <cctype>
 #include <string>
 #include <string_view>
 

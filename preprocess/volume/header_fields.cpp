@@ -10,6 +10,7 @@
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/volume_shape.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -43,8 +44,8 @@ Result<std::vector<std::string>> numberedNames(const std::array<std::string_view
     const auto step = parseId(words[3].substr(down ? 1 : 0));
     const bool named = first && last && step && *step > 0 && !numbered(words[0], 0).empty();
     if (!named || (down ? *first < *last : *last < *first)) {
-        return Error{ErrorCode::corrupt, where,
-                     fmt::format("\"{:.40} ...\" is no pattern of data files and their numbers", words[0])};
+        return corrupt(where,
+                       fmt::format("\"{:.40} ...\" is no pattern of data files and their numbers", words[0]));
     }
     const std::uint64_t steps = (down ? *first - *last : *last - *first) / *step;
     if (steps >= mostFiles) return tooMany(where);
@@ -64,7 +65,7 @@ Result<std::vector<std::string>> listedNames(std::string_view list, const std::s
         list.remove_prefix(std::min(end + 1, list.size()));
         if (names.size() > mostFiles) return tooMany(where);
     }
-    if (names.empty()) return Error{ErrorCode::corrupt, where, "lists no data file"};
+    if (names.empty()) return corrupt(where, "lists no data file");
     return names;
 }
 
@@ -74,7 +75,7 @@ Result<fs::path> permitted(const fs::path& header, const std::string& name) {
     std::error_code code;
     const fs::path folder =
         fs::weakly_canonical(header.parent_path().empty() ? "." : header.parent_path(), code);
-    if (code) return Error{ErrorCode::notFound, where, "cannot be found: " + code.message()};
+    if (code) return notFound(where, "cannot be found: " + code.message());
     const fs::path file = fs::weakly_canonical(folder / name.c_str(), code);
     const auto [inFolder, inFile] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
     if (!code && inFolder == folder.end()) return file;
@@ -184,17 +185,11 @@ Result<std::uint64_t> lengthOf(ByteStream& file) {
     }
 }
 
-bool equalWords(std::string_view a, std::string_view b) {
-    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [&](char x, char y) { return lower(x) == lower(y); });
-}
-
 }  // namespace
 
 Result<std::vector<std::string>> dataFileNames(std::string_view field, std::string_view list,
                                                const std::string& where) {
-    if (equalWords(field.substr(0, 4), "LIST")) return listedNames(list, where);
+    if (lower(field.substr(0, 4)) == "list") return listedNames(list, where);
     std::array<std::string_view, 4> words;
     const std::size_t count = splitFields(field, ' ', words);
     // A fifth word says how many axes a file has; its length says so, too.
@@ -212,8 +207,8 @@ Result<ByteStreamPtr> dataStream(DataFiles files, std::uint64_t bytes, const Unw
         return file ? unwrap(std::move(file).value(), bytes) : std::move(file);
     }
     if (bytes % count != 0) {
-        return Error{ErrorCode::corrupt, files.header.filename().string(),
-                     fmt::format("names {} data files, which cannot hold {} bytes evenly", count, bytes)};
+        return corrupt(files.header.filename().string(),
+                       fmt::format("names {} data files, which cannot hold {} bytes evenly", count, bytes));
     }
     auto series =
         std::make_unique<FileSeries>(std::move(files.header), std::move(files.names), bytes, unwrap);
@@ -231,11 +226,8 @@ Result<ByteStreamPtr> skipHeader(ByteStreamPtr file, std::optional<std::uint64_t
 }
 
 std::string HeaderFields::plain(std::string_view name) {
-    std::string plain;
-    for (const char c : name) {
-        if (c == ' ' || c == '\t') continue;
-        plain += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    }
+    std::string plain = lower(name);
+    std::erase_if(plain, [](char c) { return c == ' ' || c == '\t'; });
     return plain;
 }
 
@@ -294,8 +286,9 @@ Result<std::uint64_t> HeaderFields::wholeNumber(std::string_view name, std::uint
 
 Result<ScalarType> HeaderFields::type(std::string_view name, std::span<const ScalarTypeName> names) const {
     const std::string_view said = text(name);
-    const auto found = std::find_if(names.begin(), names.end(),
-                                    [&](const ScalarTypeName& one) { return equalWords(one.name, said); });
+    const auto found = std::find_if(names.begin(), names.end(), [&](const ScalarTypeName& one) {
+        return lower(one.name) == lower(said);
+    });
     if (found != names.end()) return found->type;
     return unsupported(name, fmt::format("\"{:.40}\" is no integer of 8 to 64 bits, float or double", said));
 }

@@ -27,7 +27,7 @@ constexpr std::array<KnownUnit, 6> units{{{{1, 1, -3, -1, 0, 0, 0}, "V/m"},
                                           {{-3, 0, 0, 0, 0, 0, 0}, "1/m^3"},
                                           {{2, 1, -3, -1, 0, 0, 0}, "V"}}};
 
-Error notFound(const std::string& where, const std::string& what, const std::vector<std::string>& there) {
+Error noneOf(const std::string& where, const std::string& what, const std::vector<std::string>& there) {
     return {ErrorCode::notFound, where,
             there.empty() ? what + "; it holds none"
                           : fmt::format("{}; there {} {}", what, there.size() == 1 ? "is" : "are",
@@ -44,10 +44,10 @@ Result<OpenpmdIteration> chosenIteration(const H5File& file, const OpenpmdLayout
     std::vector<std::string> numbers;
     for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 20); ++i)
         numbers.push_back(std::to_string(all[i].number));
-    return notFound(file.name(),
-                    field.iteration ? fmt::format("has no iteration {}", *field.iteration)
-                                    : "has several iterations: name one, as ITERATION:RECORD",
-                    numbers);
+    return noneOf(file.name(),
+                  field.iteration ? fmt::format("has no iteration {}", *field.iteration)
+                                  : "has several iterations: name one, as ITERATION:RECORD",
+                  numbers);
 }
 
 /// "/data/550/fields" of the meshes, where they are.
@@ -92,16 +92,16 @@ Result<Found> findField(const H5File& file, const H5Object& meshes, const MeshFi
     auto wanted = nameOf(field);
     if (wanted.empty() && names.size() == 1) wanted = names.front();
     if (std::ranges::find(names, wanted) == names.end()) {
-        return notFound(meshes.where,
-                        wanted.empty() ? "holds several fields: name one with --field"
-                                       : fmt::format("holds no field \"{:.60}\"", wanted),
-                        names);
+        return noneOf(meshes.where,
+                      wanted.empty() ? "holds several fields: name one with --field"
+                                     : fmt::format("holds no field \"{:.60}\"", wanted),
+                      names);
     }
     MOTE_ASSIGN_OR_RETURN(auto record, file.require(meshes, wanted.substr(0, wanted.find('/'))));
     MOTE_ASSIGN_OR_RETURN(auto component, file.require(meshes, wanted));
     if (!component.group) return Found{std::move(record), std::move(component), wanted};
-    return Error{ErrorCode::unsupported, component.where,
-                 "is a constant, or more than numbers on a mesh: there is nothing to draw"};
+    return unsupported(component.where,
+                       "is a constant, or more than numbers on a mesh: there is nothing to draw");
 }
 
 /// As many finite numbers as there are axes.
@@ -110,13 +110,12 @@ Result<std::vector<double>> perAxis(const H5Object& object, const char* name, st
     MOTE_ASSIGN_OR_RETURN(auto values, numbersAttribute(object, name));
     if (!values && missing) return std::vector<double>(axes, *missing);
     const auto where = object.where + "@" + name;
-    if (!values) return Error{ErrorCode::corrupt, where, "is missing: the mesh has no place"};
+    if (!values) return corrupt(where, "is missing: the mesh has no place");
     if (values->size() != axes) {
-        return Error{ErrorCode::corrupt, where,
-                     fmt::format("has {} numbers where the mesh has {} axes", values->size(), axes)};
+        return corrupt(where, fmt::format("has {} numbers where the mesh has {} axes", values->size(), axes));
     }
     for (const double value : *values) {
-        if (!std::isfinite(value)) return Error{ErrorCode::corrupt, where, "is not finite"};
+        if (!std::isfinite(value)) return corrupt(where, "is not finite");
     }
     return *std::move(values);
 }
@@ -140,10 +139,9 @@ Status readAxes(const Found& found, std::size_t dimensions, MeshRecord& record) 
     MOTE_ASSIGN_OR_RETURN(auto labels, textsAttribute(found.record, "axisLabels"));
     MOTE_ASSIGN_OR_RETURN(const auto order, textAttribute(found.record, "dataOrder"));
     const auto where = found.record.where + "@axisLabels";
-    if (!labels) return Error{ErrorCode::corrupt, where, "is missing"};
+    if (!labels) return corrupt(where, "is missing");
     if (labels->size() != dimensions) {
-        return Error{ErrorCode::corrupt, where,
-                     fmt::format("names {} axes of a mesh of {}", labels->size(), dimensions)};
+        return corrupt(where, fmt::format("names {} axes of a mesh of {}", labels->size(), dimensions));
     }
     MOTE_ASSIGN_OR_RETURN(const auto spacing, perAxis(found.record, "gridSpacing", dimensions, std::nullopt));
     MOTE_ASSIGN_OR_RETURN(const auto offset, perAxis(found.record, "gridGlobalOffset", dimensions, 0.0));
@@ -154,7 +152,7 @@ Status readAxes(const Found& found, std::size_t dimensions, MeshRecord& record) 
         const double scale = !unit || unit->empty() ? 1.0 : (*unit)[unit->size() == dimensions ? i : 0];
         MeshRecord::Axis axis{(*labels)[i], spacing[i] * scale, (offset[i] + inCell[i] * spacing[i]) * scale};
         if (!(axis.spacing > 0.0) || !std::isfinite(axis.spacing) || !std::isfinite(axis.first))
-            return Error{ErrorCode::corrupt, found.record.where + "@gridSpacing", "is no spacing of a mesh"};
+            return corrupt(found.record.where + "@gridSpacing", "is no spacing of a mesh");
         record.axes.push_back(std::move(axis));
     }
     // The first axis is the fastest one then.
@@ -168,9 +166,9 @@ Status checkAxes(const MeshRecord& record) {
     for (const auto& axis : record.axes) {
         const bool known = axis.label.size() == 1 && allowed.find(axis.label) != std::string_view::npos;
         if (!known || seen.find(axis.label) != std::string::npos) {
-            return Error{ErrorCode::unsupported, record.where,
-                         fmt::format("has an axis \"{:.20}\"; meshes of {} are read", axis.label,
-                                     record.thetaMode ? "r and z" : "x, y and z")};
+            return unsupported(record.where,
+                               fmt::format("has an axis \"{:.20}\"; meshes of {} are read", axis.label,
+                                           record.thetaMode ? "r and z" : "x, y and z"));
         }
         seen += axis.label;
     }
@@ -182,19 +180,20 @@ Status readGeometry(const Found& found, MeshRecord& record) {
     MOTE_ASSIGN_OR_RETURN(const auto parameters, textAttribute(found.record, "geometryParameters"));
     record.thetaMode = geometry.value_or("cartesian") == "thetaMode";
     if (!record.thetaMode && geometry.value_or("cartesian") != "cartesian") {
-        return Error{ErrorCode::unsupported, record.where,
-                     fmt::format("is of geometry \"{:.20}\"; cartesian and thetaMode are read", *geometry)};
+        return unsupported(
+            record.where,
+            fmt::format("is of geometry \"{:.20}\"; cartesian and thetaMode are read", *geometry));
     }
     if (parameters && parameters->find("imag=-") != std::string::npos) record.sineSign = -1.0;
     const auto rank = record.numbers.extent().size();
     const std::size_t least = record.thetaMode ? 3 : 2;
     if (rank < least || rank > 3) {
-        return Error{ErrorCode::unsupported, record.where, fmt::format("has {} dimensions", rank)};
+        return unsupported(record.where, fmt::format("has {} dimensions", rank));
     }
     if (record.thetaMode && record.numbers.extent()[0] % 2 == 0) {
-        return Error{ErrorCode::corrupt, record.where,
-                     fmt::format("has {} parts of modes; the first mode has one, each other two",
-                                 record.numbers.extent()[0])};
+        return corrupt(record.where,
+                       fmt::format("has {} parts of modes; the first mode has one, each other two",
+                                   record.numbers.extent()[0]));
     }
     MOTE_RETURN_IF_ERROR(readAxes(found, record.thetaMode ? 2 : rank, record));
     return checkAxes(record);
@@ -206,8 +205,7 @@ Status readUnits(const Found& found, const H5Object& iteration, MeshRecord& reco
     MOTE_ASSIGN_OR_RETURN(const auto time, numberAttribute(iteration, "time"));
     MOTE_ASSIGN_OR_RETURN(const auto timeUnit, numberAttribute(iteration, "timeUnitSI"));
     record.unitSI = scale.value_or(1.0);
-    if (!std::isfinite(record.unitSI))
-        return Error{ErrorCode::corrupt, record.where + "@unitSI", "is not finite"};
+    if (!std::isfinite(record.unitSI)) return corrupt(record.where + "@unitSI", "is not finite");
     for (const auto& unit : units) {
         if (dimension && std::ranges::equal(*dimension, unit.dimension)) record.unit = unit.name;
     }
@@ -222,8 +220,7 @@ Result<MeshRecord> MeshRecord::open(const std::filesystem::path& path, const Mes
     MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
     MOTE_ASSIGN_OR_RETURN(const auto iteration, chosenIteration(file, layout, field));
     MOTE_ASSIGN_OR_RETURN(const auto meshes, meshesGroup(file, iteration));
-    if (!meshes || !meshes->group)
-        return Error{ErrorCode::notFound, file.name() + ":" + iteration.path, "holds no meshes"};
+    if (!meshes || !meshes->group) return notFound(file.name() + ":" + iteration.path, "holds no meshes");
     MOTE_ASSIGN_OR_RETURN(auto found, findField(file, *meshes, field));
     const auto where = found.component.where;
     // The numbers are read as long as the volume is, the attributes only now.
@@ -241,11 +238,10 @@ Result<std::vector<std::string>> meshFields(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
     if (!looksLikeOpenpmd(file)) return std::vector<std::string>();
     MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
-    if (layout.iterations.empty()) return Error{ErrorCode::notFound, file.name(), "holds no iteration"};
+    if (layout.iterations.empty()) return notFound(file.name(), "holds no iteration");
     MOTE_ASSIGN_OR_RETURN(const auto meshes, meshesGroup(file, layout.iterations.front()));
     if (!meshes || !meshes->group) {
-        return Error{ErrorCode::notFound, file.name() + ":" + layout.iterations.front().path,
-                     "holds no meshes"};
+        return notFound(file.name() + ":" + layout.iterations.front().path, "holds no meshes");
     }
     return fieldNames(file, *meshes);
 }

@@ -168,8 +168,9 @@ class NiftiReader {
         const auto found = std::find_if(typeCodes.begin(), typeCodes.end(),
                                         [&](const TypeCode& type) { return type.code == fields_.datatype; });
         if (found == typeCodes.end()) {
-            return Error{ErrorCode::unsupported, where("datatype"),
-                         fmt::format("{} is no integer of 8 to 64 bits, float or double", fields_.datatype)};
+            return unsupported(
+                where("datatype"),
+                fmt::format("{} is no integer of 8 to 64 bits, float or double", fields_.datatype));
         }
         header_.shape.type = header_.samples.type = found->type;
         header_.samples.bigEndian = fields_.bigEndian;
@@ -260,7 +261,7 @@ Result<ByteStreamPtr> imageBeside(const fs::path& header) {
     if (fs::exists(image, code)) return fileStream(image);
     image += ".gz";
     if (fs::exists(image, code)) return fileStream(image);
-    return Error{ErrorCode::notFound, header.filename().string(), "has no .img file beside it"};
+    return notFound(header.filename().string(), "has no .img file beside it");
 }
 
 }  // namespace

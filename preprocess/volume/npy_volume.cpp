@@ -56,7 +56,7 @@ class FortranStream : public ByteStream {
         MOTE_RETURN_IF_ERROR(stored_->seek(0));
         MOTE_ASSIGN_OR_RETURN(const auto got, stored_->read(held_));
         if (got == held_.size()) return success();
-        return Error{ErrorCode::corrupt, name(), "ends before its last value"};
+        return corrupt(name(), "ends before its last value");
     }
 
     /// Of the value that is number `index` in C order.
@@ -141,8 +141,9 @@ Result<ScalarType> typeOf(const NpyArray& array) {
     const auto type = fmt::format("{}{}", field.kind, field.bytes * 8);
     const auto known = scalarType(type);
     if (!array.header.structured() && field.count == 1 && known) return *known;
-    return Error{ErrorCode::unsupported, array.part.where,
-                 "holds no plain numbers: integers and floats of up to 8 bytes are read, each voxel one"};
+    return unsupported(
+        array.part.where,
+        "holds no plain numbers: integers and floats of up to 8 bytes are read, each voxel one");
 }
 
 /// Volumes, z, y, x.
@@ -208,7 +209,7 @@ Result<std::unique_ptr<VolumeSource>> openNpy(const std::filesystem::path& path,
     VolumeShape made;
     made.type = samples.type == ScalarType::f16 ? ScalarType::f32 : samples.type;
     MOTE_RETURN_IF_ERROR(setDimensions(made, shape[3], shape[2], shape[1], array.part.where));
-    if (parts.volumes == 0) return Error{ErrorCode::corrupt, array.part.where, "has no volumes"};
+    if (parts.volumes == 0) return corrupt(array.part.where, "has no volumes");
     MOTE_ASSIGN_OR_RETURN(parts, chooseParts(chosen.volume, parts, array.part.where));
     made.notes.push_back(
         fmt::format("{}: the array's dimensions are {}z, y and x; it says no size of a voxel",

@@ -292,8 +292,7 @@ Result<std::uint64_t> bytesOfLines(ByteStream& stream, std::uint64_t lines) {
     std::string block(4096, '\0');
     while (lines > 0) {
         MOTE_ASSIGN_OR_RETURN(const auto got, stream.read(block));
-        if (got == 0)
-            return Error{ErrorCode::corrupt, stream.name() + ": line skip", "is more than its lines"};
+        if (got == 0) return corrupt(stream.name() + ": line skip", "is more than its lines");
         std::size_t at = 0;
         for (; at < got && lines > 0; ++at) lines -= block[at] == '\n' ? 1 : 0;
         bytes += at;

@@ -2,17 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <glm/geometric.hpp>
 #include <string_view>
 
 #include "preprocess/job.h"
+#include "preprocess/readers/known_files.h"
 #include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/dicom/dicom_files.h"
 #include "preprocess/volume/dicom/dicom_header.h"
 #include "preprocess/volume/dicom/dicom_volume.h"
-#include "preprocess/volume/known_volumes.h"
 #include "preprocess/volume/metaimage.h"
 #include "preprocess/volume/mrc.h"
 #include "preprocess/volume/nifti.h"
@@ -78,27 +77,82 @@ Status place(VolumeShape& shape, const proto::VolumeSourceOptions& options) {
     return status.ok() ? success() : Status(invalid(status.error().where, status.error().message));
 }
 
-struct Format {
-    std::string_view name;
-    bool (*begins)(std::string_view bytes);
+DicomInput dicomOf(const VolumeStep& step) {
+    DicomInput input{{step.input}, step.options.series()};
+    input.paths.insert(input.paths.end(), step.others.begin(), step.others.end());
+    return input;
+}
+
+using Source = Result<std::unique_ptr<VolumeSource>>;
+
+/// What is known of a format: a row is all that openVolumeSource needs of a reader.
+struct VolumeReader {
+    std::string_view name;                   ///< as in --format
+    std::string_view told;                   ///< what tells it, for people
+    bool (*begins)(std::string_view bytes);  ///< null: not told by the first bytes of a file
+    Source (*open)(const VolumeStep& step, Progress& progress);
+    /// The volumes in a file; null: one, or those that stepsOf() knows of.
+    Result<VolumeParts> (*parts)(const VolumeStep& step, Progress& progress) = nullptr;
 };
-constexpr std::array<Format, 9> formats{{{"nrrd", NrrdHeader::begins},
-                                         {"nifti", NiftiHeader::begins},
-                                         {"vdb", beginsAsVdb},
-                                         {"pictures", beginsAsPicture},
-                                         {"metaimage", MetaImageHeader::begins},
-                                         {"vti", VtiHeader::begins},
-                                         {"npy", beginsAsNpy},
-                                         {"mrc", MrcHeader::begins},
-                                         {"dicom", DicomHeader::begins}}};
+
+/// Of a format whose header says how many volumes there are.
+template <class Header>
+Result<VolumeParts> partsOfHeader(const VolumeStep& step, Progress&) {
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(step.input));
+    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
+    MOTE_ASSIGN_OR_RETURN(const auto header, Header::parse(head, file->name()));
+    return header.parts;
+}
+
+/// Of a reader that needs the file and the field alone.
+template <Source (*open)(const std::filesystem::path& path, const std::string& field)>
+Source openField(const VolumeStep& step, Progress&) {
+    return open(step.input, step.options.field());
+}
+
+// In the order in which a file's first bytes are looked at.
+constexpr VolumeReader volumeReaders[] = {
+    {"nrrd", "its first bytes NRRD", NrrdHeader::begins, openField<openNrrd>, partsOfHeader<NrrdHeader>},
+    {"nifti", "NIfTI's mark in its header", NiftiHeader::begins, openField<openNifti>,
+     partsOfHeader<NiftiHeader>},
+    {"vdb", "OpenVDB's mark", beginsAsVdb, openField<openVdb>},
+    {"pictures", "pictures, each a slice", beginsAsPicture,
+     [](const VolumeStep& step, Progress& progress) {
+         return openPictureStack(step.input, step.options.field(), progress);
+     },
+     [](const VolumeStep& step, Progress& progress) {
+         return partsOfPictures(step.input, step.options.field(), progress);
+     }},
+    {"metaimage", "MetaImage's fields", MetaImageHeader::begins, openField<openMetaImage>,
+     partsOfHeader<MetaImageHeader>},
+    {"vti", "XML of a VTK image", VtiHeader::begins,
+     [](const VolumeStep& step, Progress& progress) {
+         return openVti(step.input, step.options.field(), progress);
+     }},
+    {"npy", "NumPy's mark of one array", beginsAsNpy, openField<openNpy>},
+    {"mrc", "MRC's mark MAP in its header", MrcHeader::begins, openField<openMrc>, partsOfHeader<MrcHeader>},
+    {"dicom", "DICOM's mark", DicomHeader::begins,
+     [](const VolumeStep& step, Progress& progress) {
+         const auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);
+         return look ? openDicom(*look, step.options.field()) : look.error();
+     }},
+    {"openpmd", "HDF5 with openPMD's attributes", nullptr, openField<openOpenpmdMesh>},
+    {"raw", "its dimensions were given", nullptr,
+     [](const VolumeStep& step, Progress&) { return openRaw(step.options, step.input); }}};
+
+const VolumeReader* volumeReader(std::string_view name) {
+    const auto* const found = std::find_if(std::begin(volumeReaders), std::end(volumeReaders),
+                                           [&](const VolumeReader& reader) { return reader.name == name; });
+    return found == std::end(volumeReaders) ? nullptr : found;
+}
 
 /// A folder of a patient's files, or of pictures.
 Result<std::string_view> formatOfFolder(const std::filesystem::path& folder) {
     SilentProgress silent;
     MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(folder, silent));
     if (dicom) return std::string_view("dicom");
-    if (const auto known = knownNoVolumeFolder(folder)) {
-        return Error{ErrorCode::unsupported, folder.filename().string(), *known};
+    if (const auto known = knownFolder(folder, WantedAs::volume)) {
+        return unsupported(folder.filename().string(), *known);
     }
     return std::string_view("pictures");
 }
@@ -112,8 +166,7 @@ Result<std::string_view> formatOfArchive(const std::filesystem::path& input) {
     if (std::any_of(entries.begin(), entries.end(), isArray)) return std::string_view("npy");
     MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(input, silent));
     if (dicom) return std::string_view("dicom");
-    return Error{ErrorCode::unsupported, input.filename().string(),
-                 "is a zip archive without arrays (.npy) or DICOM files"};
+    return unsupported(input.filename().string(), "is a zip archive without arrays (.npy) or DICOM files");
 }
 
 Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
@@ -129,76 +182,28 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
     }
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, headBytes));
-    for (const Format& format : formats) {
-        if (format.begins(head)) return format.name;
+    for (const VolumeReader& reader : volumeReaders) {
+        if (reader.begins != nullptr && reader.begins(head)) return reader.name;
     }
     if (looksLikeZip(head)) return formatOfArchive(input);
     if (beginsAsHdf5(head)) {
         MOTE_ASSIGN_OR_RETURN(const bool openpmd, holdsOpenpmd(input));
         if (openpmd) return std::string_view("openpmd");
     }
-    if (const auto known = knownNoVolume(head)) {
-        return Error{ErrorCode::unsupported, file->name(), *known};
+    if (const auto known = knownFile(head, file->name(), WantedAs::volume)) {
+        return unsupported(file->name(), *known);
     }
-    return Error{ErrorCode::unsupported, file->name(),
-                 "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), DICOM, NumPy, MRC, PNG or TIFF "
-                 "file; a raw one needs its dimensions and type"};
+    return unsupported(
+        file->name(),
+        "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), DICOM, NumPy, MRC, PNG or TIFF "
+        "file; a raw one needs its dimensions and type");
 }
 
-DicomInput dicomOf(const VolumeStep& step) {
-    DicomInput input{{step.input}, step.options.series()};
-    input.paths.insert(input.paths.end(), step.others.begin(), step.others.end());
-    return input;
-}
-
-Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format, const VolumeStep& step,
-                                             Progress& progress) {
-    const auto& options = step.options;
-    const auto& input = step.input;
-    if (format == "raw") return openRaw(options, input);
-    if (format == "nrrd") return openNrrd(input, options.field());
-    if (format == "metaimage") return openMetaImage(input, options.field());
-    if (format == "nifti") return openNifti(input, options.field());
-    if (format == "vti") return openVti(input, options.field(), progress);
-    if (format == "pictures") return openPictureStack(input, options.field(), progress);
-    if (format == "vdb") return openVdb(input, options.field());
-    if (format == "openpmd") return openOpenpmdMesh(input, options.field());
-    if (format == "dicom") {
-        const auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);
-        return look ? openDicom(*look, options.field()) : look.error();
-    }
-    if (format == "npy") return openNpy(input, options.field());
-    if (format == "mrc") return openMrc(input, options.field());
-    return invalid(
-        "format",
-        fmt::format(
-            "\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures, vdb, openpmd, dicom, "
-            "npy and mrc",
-            format));
-}
-
-/// Those of a file whose format may hold several volumes.
-Result<VolumeParts> partsOf(std::string_view format, const VolumeStep& step, Progress& progress) {
-    const auto& field = step.options.field();
-    const auto& input = step.input;
-    if (format == "pictures") return partsOfPictures(input, field, progress);
-    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
-    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
-    if (format == "nrrd") {
-        MOTE_ASSIGN_OR_RETURN(const auto header, NrrdHeader::parse(head, file->name()));
-        return header.parts;
-    }
-    if (format == "nifti") {
-        MOTE_ASSIGN_OR_RETURN(const auto header, NiftiHeader::parse(head, file->name()));
-        return header.parts;
-    }
-    if (format == "mrc") {
-        MOTE_ASSIGN_OR_RETURN(const auto header, MrcHeader::parse(head, file->name()));
-        return header.parts;
-    }
-    if (format != "metaimage") return VolumeParts{};
-    MOTE_ASSIGN_OR_RETURN(const auto header, MetaImageHeader::parse(head, file->name()));
-    return header.parts;
+Source openAs(std::string_view format, const VolumeStep& step, Progress& progress) {
+    if (const auto* reader = volumeReader(format)) return reader->open(step, progress);
+    std::string names = "auto";
+    for (const VolumeReader& reader : volumeReaders) names += fmt::format(", {}", reader.name);
+    return invalid("format", fmt::format("\"{:.20}\" is none of {}", format, names));
 }
 
 /// The fields of the steps that an input is. What is wrong with it is said when it is opened.
@@ -216,7 +221,9 @@ Result<std::vector<std::string>> stepsOf(VolumeStep& step) {
         step.look = std::move(look).value();
         return fieldsOfSeries(field, partsOfDicom(*step.look));
     }
-    const auto parts = partsOf(*format, step, silent);
+    const auto* reader = volumeReader(*format);
+    const auto parts =
+        reader == nullptr || reader->parts == nullptr ? Result(VolumeParts{}) : reader->parts(step, silent);
     return parts.ok() ? fieldsOfSeries(field, *parts) : std::vector<std::string>{field};
 }
 
@@ -228,6 +235,11 @@ bool areOneInput(const proto::VolumeSourceOptions& options,
 }
 
 }  // namespace
+
+std::string_view toldOfVolume(std::string_view format) {
+    const auto* reader = volumeReader(format);
+    return reader == nullptr ? "its content" : reader->told;
+}
 
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, Progress& progress) {
     const auto& options = step.options;

@@ -309,7 +309,7 @@ Result<std::unique_ptr<VolumeSource>> openOpenpmdMesh(const fs::path& path, cons
     MOTE_ASSIGN_OR_RETURN(auto record, MeshRecord::open(path, parsed));
     if (record.thetaMode) return ModesVolume::make(std::move(record), parsed.degrees);
     if (!parsed.degrees) return CartesianMesh::make(std::move(record));
-    return Error{ErrorCode::invalidArgument, "field", "an angle is of meshes of thetaMode geometry alone"};
+    return invalid("field", "an angle is of meshes of thetaMode geometry alone");
 }
 
 }  // namespace mote::prep

@@ -235,7 +235,7 @@ Status placePages(const OmeText& ome, std::size_t pages, const std::string& wher
     order = order.starts_with("XY") ? order.substr(2) : "";
     std::string letters = order;
     std::sort(letters.begin(), letters.end());
-    if (letters != "CTZ") return Error{ErrorCode::corrupt, where, "its OME text says no order of dimensions"};
+    if (letters != "CTZ") return corrupt(where, "its OME text says no order of dimensions");
     const PlaneOrder planes(order, stack);
     stack.pages.assign(planes.places(), noPage);
     std::uint64_t next = 0;
@@ -270,7 +270,7 @@ Status readOme(const PictureSpec& first, std::size_t pages, const std::string& w
                StackDescription& stack) {
     OmeText ome;
     if (!parseOme(first.description, ome)) {
-        return Error{ErrorCode::corrupt, where, "its OME text is no XML that tells of pixels"};
+        return corrupt(where, "its OME text is no XML that tells of pixels");
     }
     stack.channels = std::max<std::uint64_t>(countOf(ome.pixels, "SizeC", 1) / first.samples, 1);
     stack.slices = countOf(ome.pixels, "SizeZ", 1);

@@ -10,7 +10,9 @@
 #include <string>
 #include <system_error>
 
+#include "preprocess/readers/text/number.h"
 #include "preprocess/volume/volume_shape.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -32,8 +34,7 @@ std::string_view takeNumber(std::string_view& text) {
 }
 
 bool isPictureName(const fs::path& path) {
-    std::string ending = path.extension().string();
-    for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    const std::string ending = lower(path.extension().string());
     return ending == ".png" || ending == ".tif" || ending == ".tiff";
 }
 
@@ -69,9 +70,9 @@ Status checkNoneMissing(const std::vector<fs::path>& files) {
     const auto step = *std::min_element(numbers.begin() + 1, numbers.end());
     for (std::size_t i = 1; i < numbers.size() && step > 0; ++i) {
         if (numbers[i] == step) continue;
-        return Error{ErrorCode::corrupt, files[i].filename().string(),
-                     fmt::format("follows {}, where the others' numbers rise by {}: a slice is missing",
-                                 files[i - 1].filename().string(), step)};
+        return corrupt(files[i].filename().string(),
+                       fmt::format("follows {}, where the others' numbers rise by {}: a slice is missing",
+                                   files[i - 1].filename().string(), step));
     }
     return success();
 }

@@ -61,8 +61,8 @@ class PictureStack : public VolumeSource {
         MOTE_RETURN_IF_ERROR(choose(field));
         const std::uint64_t slices = stack_.slices;
         if (slices * stack_.frames * stack_.channels == 1) {
-            return Error{ErrorCode::unsupported, name(0),
-                         "is a single picture; name the folder of a stack, or a pattern of names"};
+            return unsupported(name(0),
+                               "is a single picture; name the folder of a stack, or a pattern of names");
         }
         MOTE_RETURN_IF_ERROR(setDimensions(shape_, first_.width, first_.height, slices, name(0)));
         MOTE_RETURN_IF_ERROR(place());
@@ -138,7 +138,7 @@ class PictureStack : public VolumeSource {
         const fs::path& path = files_[index];
         MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path));
         if (format != "png"sv && format != "tiff"sv) {
-            return Error{ErrorCode::unsupported, path.filename().string(), "is no PNG or TIFF picture"};
+            return unsupported(path.filename().string(), "is no PNG or TIFF picture");
         }
         picture_.reset();
         auto opened =
@@ -274,9 +274,8 @@ Status checkPictureSize(const PictureSpec& spec, unsigned bits, const fs::path& 
     const std::uint64_t bytes = fs::file_size(path, code);
     const std::uint64_t stored = slice.voxelsOfSlice() * spec.samples / 8 * bits;
     if (!code && stored / greatestRatio <= bytes) return success();
-    return Error{ErrorCode::corrupt, where,
-                 fmt::format("its size {} x {} is more than {} bytes can hold", spec.width, spec.height,
-                             code ? 0 : bytes)};
+    return corrupt(where, fmt::format("its size {} x {} is more than {} bytes can hold", spec.width,
+                                      spec.height, code ? 0 : bytes));
 }
 
 bool beginsAsPicture(std::string_view bytes) {

@@ -75,7 +75,7 @@ class PngPicture : public PictureFile {
     Status enter(std::size_t) override {
         reader_ = std::make_unique<PngReader>();
         reader_->file = std::fopen(path_.c_str(), "rb");
-        if (reader_->file == nullptr) return Error{ErrorCode::notFound, name_, "cannot be opened"};
+        if (reader_->file == nullptr) return notFound(name_, "cannot be opened");
         reader_->png =
             png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader_->message, keepMessage, dropMessage);
         if (reader_->png != nullptr) reader_->info = png_create_info_struct(reader_->png);

@@ -80,8 +80,7 @@ class NumberStream : public ForwardStream {
         const std::string_view word(buffer_.data() + begin_, stop - begin_);
         const auto number = parseNumber(word);
         if (!number) {
-            return Error{ErrorCode::corrupt, name(),
-                         fmt::format("has \"{}\" where a value should stand", word.substr(0, 20))};
+            return corrupt(name(), fmt::format("has \"{}\" where a value should stand", word.substr(0, 20)));
         }
         number_ = *number;
         begin_ = stop;
@@ -225,7 +224,7 @@ ByteStreamPtr numberStream(ByteStreamPtr text) {
 Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& options,
                                               const std::filesystem::path& path) {
     if (options.dimensions_size() != 3) {
-        return Error{ErrorCode::invalidArgument, "dimensions", "a raw volume needs three of them"};
+        return invalid("dimensions", "a raw volume needs three of them");
     }
     SampleFormat samples;
     samples.bigEndian = options.big_endian();
@@ -244,7 +243,7 @@ Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& 
     if (const auto status = setDimensions(shape, options.dimensions(0), options.dimensions(1),
                                           options.dimensions(2), "dimensions");
         !status) {
-        return Error{ErrorCode::invalidArgument, status.error().where, status.error().message};
+        return invalid(status.error().where, status.error().message);
     }
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
     MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file), options.header_bytes()));

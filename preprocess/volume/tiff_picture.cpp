@@ -12,6 +12,8 @@
 #include <optional>
 
 #include "preprocess/job.h"
+#include "preprocess/readers/half_float.h"
+#include "preprocess/readers/text/number.h"
 #include "preprocess/volume/picture_file.h"
 
 namespace mote::prep {
@@ -48,20 +50,6 @@ TiffPtr openFile(const fs::path& path, std::string& message) {
     TiffPtr file(TIFFOpenExt(path.c_str(), "rm", options));
     TIFFOpenOptionsFree(options);
     return file;
-}
-
-float halfToFloat(std::uint16_t half) {
-    const unsigned exponent = half >> 10U & 31U;
-    const auto fraction = static_cast<float>(half & 1023U);
-    float value = 0.0F;
-    if (exponent == 31) {
-        value = fraction == 0.0F ? INFINITY : NAN;
-    } else if (exponent == 0) {
-        value = std::ldexp(fraction, -24);
-    } else {
-        value = std::ldexp(fraction + 1024.0F, static_cast<int>(exponent) - 25);
-    }
-    return (half & 0x8000U) != 0 ? -value : value;
 }
 
 /// How a page's samples lie in memory once libtiff has decompressed them.
@@ -108,7 +96,7 @@ class TiffPicture : public PictureFile {
             if (offsets_.size() % pagesPerQuestion == 0 && cancelled()) return cancelledError();
         } while (offsets_.size() <= VolumeShape::maxDimension && reduced <= VolumeShape::maxDimension &&
                  TIFFReadDirectory(file_.get()) != 0);
-        if (offsets_.empty()) return Error{ErrorCode::corrupt, name_, "has no picture but reduced ones"};
+        if (offsets_.empty()) return corrupt(name_, "has no picture but reduced ones");
         message_.clear();
         MOTE_RETURN_IF_ERROR(enter(0));
         if (reduced > 0) {
@@ -146,8 +134,7 @@ class TiffPicture : public PictureFile {
         return offsets_.size() > 1 ? fmt::format("{}: page {}", name_, page_ + 1) : name_;
     }
     Status unreadable() const {
-        return Error{ErrorCode::corrupt, where(),
-                     "cannot be read: " + (message_.empty() ? "no reason is known" : message_)};
+        return corrupt(where(), "cannot be read: " + (message_.empty() ? "no reason is known" : message_));
     }
     Error unsupported(std::string message) const {
         return {ErrorCode::unsupported, where(), std::move(message)};
@@ -158,7 +145,7 @@ class TiffPicture : public PictureFile {
         std::uint16_t samples = 1, bits = 1, format = SAMPLEFORMAT_UINT, planar = PLANARCONFIG_CONTIG;
         if (TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &spec_.width) == 0 ||
             TIFFGetField(file, TIFFTAG_IMAGELENGTH, &spec_.height) == 0) {
-            return Error{ErrorCode::corrupt, where(), "does not say its size"};
+            return corrupt(where(), "does not say its size");
         }
         TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLESPERPIXEL, &samples);
         TIFFGetFieldDefaulted(file, TIFFTAG_BITSPERSAMPLE, &bits);
@@ -309,11 +296,8 @@ class TiffPicture : public PictureFile {
 
     Status decodeNumbers(const char* from) {
         if (layout_.half) {
-            for (std::size_t i = 0; i < decoded_.size(); ++i) {
-                std::uint16_t half = 0;
-                std::memcpy(&half, from + 2 * i, sizeof half);
-                decoded_[i] = halfToFloat(half);
-            }
+            for (std::size_t i = 0; i < decoded_.size(); ++i)
+                decoded_[i] = loadNumber<HalfFloat>(from + 2 * i, false).value();
             return success();
         }
         if (layout_.packed) {

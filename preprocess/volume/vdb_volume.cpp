@@ -198,11 +198,11 @@ class VdbVolume : public VolumeSource {
             return Error{ErrorCode::resourceExhausted, name_,
                          "asks for more memory than there is, or than a file of its size can need"};
         } catch (const std::length_error&) {
-            return Error{ErrorCode::corrupt, name_, "says a length that nothing can have"};
+            return corrupt(name_, "says a length that nothing can have");
         } catch (const std::ios_base::failure&) {
-            return Error{ErrorCode::corrupt, name_, "ends before its grids do, or cannot be read"};
+            return corrupt(name_, "ends before its grids do, or cannot be read");
         } catch (const std::exception& error) {
-            return Error{ErrorCode::corrupt, name_, std::string("cannot be read: ") + error.what()};
+            return corrupt(name_, std::string("cannot be read: ") + error.what());
         }
     }
 

@@ -33,19 +33,17 @@ Result<std::uint64_t> choose(std::string_view wanted, std::uint64_t count, const
                              const char* example, const std::string& where) {
     if (wanted.empty() && count == 1) return std::uint64_t{0};
     if (wanted.empty()) {
-        return Error{ErrorCode::unsupported, where,
-                     fmt::format("says {} {}: ask for one of {} as the field ({})", count, what,
-                                 listOf(count), example)};
+        return unsupported(where, fmt::format("says {} {}: ask for one of {} as the field ({})", count, what,
+                                              listOf(count), example));
     }
     const auto number = parseId(wanted);
     if (!number) {
-        return Error{ErrorCode::invalidArgument, "field",
-                     fmt::format("\"{:.20}\" is no number of one of the {} {}: give {}", wanted, count, what,
-                                 listOf(count))};
+        return invalid("field", fmt::format("\"{:.20}\" is no number of one of the {} {}: give {}", wanted,
+                                            count, what, listOf(count)));
     }
     if (*number < count) return *number;
-    return Error{ErrorCode::notFound, where,
-                 fmt::format("has no number {} among its {} {}: {}", *number, count, what, listOf(count))};
+    return notFound(where,
+                    fmt::format("has no number {} among its {} {}: {}", *number, count, what, listOf(count)));
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ Status setDimensions(VolumeShape& shape, std::uint64_t nx, std::uint64_t ny, std
                      const std::string& where) {
     const auto [least, greatest] = std::minmax({nx, ny, nz});
     if (least == 0) {
-        return Error{ErrorCode::corrupt, where, fmt::format("says {} x {} x {}: no voxels", nx, ny, nz)};
+        return corrupt(where, fmt::format("says {} x {} x {}: no voxels", nx, ny, nz));
     }
     if (greatest > VolumeShape::maxDimension) {
         return Error{ErrorCode::resourceExhausted, where,
@@ -150,17 +150,17 @@ Status setPlacement(VolumeShape& shape, const glm::dmat3& axes, const glm::dvec3
     for (int i = 0; i < 3; ++i) {
         const double length = glm::length(axes[i]);
         if (!(length > leastLength && length < greatestLength)) {
-            return Error{ErrorCode::corrupt, where,
-                         fmt::format("says that voxels along axis {} lie {} apart", "xyz"[i], length)};
+            return corrupt(where,
+                           fmt::format("says that voxels along axis {} lie {} apart", "xyz"[i], length));
         }
         product *= length;
         if (!(std::abs(origin[i]) < greatestLength)) {
-            return Error{ErrorCode::corrupt, where, "says an origin that is no place"};
+            return corrupt(where, "says an origin that is no place");
         }
         shape.indexToWorld[i] = glm::dvec4(axes[i], 0.0);
     }
     if (!(std::abs(glm::determinant(axes)) > leastVolume * product)) {
-        return Error{ErrorCode::corrupt, where, "says axes that lie in one plane"};
+        return corrupt(where, "says axes that lie in one plane");
     }
     shape.indexToWorld[3] = glm::dvec4(origin, 1.0);
     return success();

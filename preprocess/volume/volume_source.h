@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "preprocess/job.h"
@@ -58,6 +59,9 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, P
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
                                                        const std::filesystem::path& input,
                                                        Progress& progress);
+
+/// What tells a format, as of VolumeSource::format, for people: "its first bytes NRRD".
+std::string_view toldOfVolume(std::string_view format);
 
 /// One for each input, but for files of several volumes and openPMD's of several iterations, which are a step
 /// each, and files of one DICOM picture each, which are one together. Errors: as openVolumeSource, of

@@ -202,7 +202,7 @@ Result<std::uint64_t> behindUnderscore(ByteStream& file, std::uint64_t at) {
     blanks.resize(got);
     const std::size_t mark = blanks.find_first_not_of(" \t\r\n");
     if (mark == std::string::npos || blanks[mark] != '_') {
-        return Error{ErrorCode::corrupt, file.name() + ": AppendedData", "does not begin with _"};
+        return corrupt(file.name() + ": AppendedData", "does not begin with _");
     }
     return at + mark + 1;
 }
@@ -224,7 +224,7 @@ class Sizes {
             bytes.resize(static_cast<std::size_t>(std::min(count - sizes.size(), piece)) * width_);
             MOTE_ASSIGN_OR_RETURN(const auto got, stream_.read(bytes));
             if (got < bytes.size()) {
-                return Error{ErrorCode::corrupt, stream_.name(), "ends within its array's sizes"};
+                return corrupt(stream_.name(), "ends within its array's sizes");
             }
             bytes_ += bytes.size();
             for (std::size_t at = 0; at < bytes.size(); at += width_) {
@@ -315,10 +315,10 @@ Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, con
     }
     const VtiArray* const array = document.chosen(wanted.name);
     if (array == nullptr) {
-        return Error{ErrorCode::notFound, file.name(),
-                     (field.empty() ? "has no array with one value for each point or cell"
-                                    : fmt::format("has no array of the name \"{:.40}\"", field)) +
-                         listOf(document)};
+        return notFound(file.name(),
+                        (field.empty() ? "has no array with one value for each point or cell"
+                                       : fmt::format("has no array of the name \"{:.40}\"", field)) +
+                            listOf(document));
     }
     if (document.appendedAt > 0) {
         MOTE_ASSIGN_OR_RETURN(const auto at, behindUnderscore(file, document.appendedAt));

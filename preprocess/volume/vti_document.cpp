@@ -57,9 +57,8 @@ class Parser {
         if (status == XML_STATUS_OK && fed_ - std::min(at, fed_) <= longestTag) return success();
         const auto* const what = status == XML_STATUS_OK ? "a tag without an end"
                                                          : XML_ErrorString(XML_GetErrorCode(parser_.get()));
-        return Error{ErrorCode::corrupt,
-                     fmt::format("{}: line {}", file_.name(), XML_GetCurrentLineNumber(parser_.get())),
-                     fmt::format("is no XML: {}", what)};
+        return corrupt(fmt::format("{}: line {}", file_.name(), XML_GetCurrentLineNumber(parser_.get())),
+                       fmt::format("is no XML: {}", what));
     }
 
     void fail(ErrorCode code, std::string message) {

@@ -8,7 +8,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
-
+#include "preprocess/readers/text/number.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
@@ -62,8 +62,7 @@ std::string longSpace(std::string_view name) {
 
 Status bringTo(std::string_view wanted, VolumeShape& shape) {
     if (!wanted.empty() && wanted != "ras" && wanted != "lps" && wanted != "file") {
-        return Error{ErrorCode::invalidArgument, "space",
-                     fmt::format("\"{:.20}\" is none of ras, lps and file", wanted)};
+        return invalid("space", fmt::format("\"{:.20}\" is none of ras, lps and file", wanted));
     }
     if (wanted == "file") return success();
     if (const auto signs = signsOf(shape.space)) {

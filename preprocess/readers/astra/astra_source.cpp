@@ -5,21 +5,16 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <vector>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/impact/number_table.h"
 #include "preprocess/readers/known_species.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_formats.h"
-#include "preprocess/readers/text/number.h"
-#include "preprocess/readers/text/row_file.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
@@ -32,7 +27,6 @@ constexpr std::size_t xColumn = 0, yColumn = 1, zColumn = 2, pxColumn = 3, pyCol
                       columnsOfFile = 10;
 constexpr double nano = 1e-9;
 constexpr double mostSpecies = 14;
-constexpr std::uint64_t maxProbedLines = 10'000;
 /// A particle of status -1 to -6 waits at the cathode; one below is lost.
 constexpr double lastWaiting = -6, leastStatus = -1000, mostStatus = 1000;
 
@@ -69,32 +63,19 @@ std::optional<std::int64_t> stepNumber(const std::filesystem::path& path) {
     return both ? std::optional(number) : fileNumber(path);
 }
 
-std::vector<std::filesystem::path> inStepOrder(std::vector<std::filesystem::path> files) {
-    std::set<std::int64_t> numbers;
-    for (const auto& file : files) {
-        if (const auto number = stepNumber(file)) numbers.insert(*number);
-    }
-    if (numbers.size() == files.size()) {
-        std::sort(files.begin(), files.end(),
-                  [](const auto& a, const auto& b) { return *stepNumber(a) < *stepNumber(b); });
-    }
-    return files;
-}
-
-class AstraSource : public ParticleSource {
+class AstraSource : public SeriesSource {
   public:
-    AstraSource(double mass, Progress& progress) : mass_(mass), progress_(progress) {}
-    Status addFile(const std::filesystem::path& path);
+    AstraSource(double mass, Progress& progress) : SeriesSource("astra", progress), mass_(mass) {}
 
-    std::string format() const override { return "astra"; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override { return column != Column::id; }
     double mass() const override { return mass_; }
     std::string species() const override { return ofNumber(species_.value_or(0.0)).name; }
     double particleCharge() const override { return ofNumber(species_.value_or(0.0)).charge; }
-    std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+    std::string weightUnit() const override { return "C"; }
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override;
+    bool hasEverywhere(Column column) const override { return column != Column::id; }
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
     struct Dump {
@@ -107,9 +88,7 @@ class AstraSource : public ParticleSource {
     static double value(Column column, const Row& row, const Dump& dump, bool reference);
 
     double mass_;
-    Progress& progress_;
     std::optional<double> species_;
-    std::vector<SourceStep> steps_;
     std::vector<Dump> dumps_;
     std::size_t open_ = 0;
 };
@@ -118,16 +97,16 @@ Status AstraSource::addFile(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(auto table, NumberTable::open(path, columnsOfFile, progress_));
     const std::string name = path.filename().string();
     Dump dump{std::move(table)};
-    SourceStep step{name, stepNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0,
-                    dump.table.rows()};
+    SourceStep step = stepOf(path, dump.table.rows());
+    step.iteration = stepNumber(path).value_or(step.iteration);
     if (dump.table.rows() > 0) {
         Row row{};
         MOTE_RETURN_IF_ERROR(dump.table.seek(0, progress_));
         MOTE_RETURN_IF_ERROR(dump.table.next(allBits, row));
         if (!looksLikeParticle(row)) {
-            return Error{ErrorCode::corrupt, name,
-                         "is no ASTRA distribution: columns 9 and 10 of its first row are no species (1 to "
-                         "14) and status"};
+            return corrupt(name,
+                           "is no ASTRA distribution: columns 9 and 10 of its first row are no species (1 to "
+                           "14) and status");
         }
         dump.z = row[zColumn];
         dump.pz = row[pzColumn];
@@ -144,8 +123,7 @@ Status AstraSource::addFile(const std::filesystem::path& path) {
 Status AstraSource::setMass(const Row& reference, const std::string& file) {
     const double species = reference[speciesColumn];
     if (species_ && *species_ != species) {
-        return Error{ErrorCode::invalidArgument, file,
-                     "has particles of another species than the first file"};
+        return invalid(file, "has particles of another species than the first file");
     }
     if (!species_ && mass_ <= 0.0) {
         mass_ = ofNumber(species).mass;
@@ -194,32 +172,18 @@ double AstraSource::value(Column column, const Row& row, const Dump& dump, bool 
     return 0.0;
 }
 
-Status AstraSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                         const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+Status AstraSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     if (open_ != step) dumps_[open_].table.close();
     open_ = step;
     Dump& dump = dumps_[step];
-    MOTE_RETURN_IF_ERROR(dump.table.seek(begin, progress_));
-    chunk.begin = begin;
-    chunk.size = count;
-    chunk.lost.assign(count, 0);
-    for (const Column column : wanted) {
-        if (column == Column::id)
-            chunk.id.resize(count);
-        else
-            chunk[column].resize(count);
-    }
+    MOTE_RETURN_IF_ERROR(dump.table.seek(chunk.begin, progress_));
     Row row{};
     const std::uint32_t bits = needed(wanted);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < chunk.size; ++i) {
         MOTE_RETURN_IF_ERROR(dump.table.next(bits, row));
         chunk.lost[i] = row[statusColumn] < lastWaiting ? 1 : 0;
         for (const Column column : wanted) {
-            if (column == Column::id)
-                chunk.id[i] = begin + i;
-            else
-                chunk[column][i] = value(column, row, dump, begin + i == 0);
+            if (column != Column::id) chunk[column][i] = value(column, row, dump, chunk.begin + i == 0);
         }
     }
     return success();
@@ -227,36 +191,16 @@ Status AstraSource::read(std::size_t step, std::uint64_t begin, std::size_t coun
 
 }  // namespace
 
-bool looksLikeAstra(const std::filesystem::path& path) {
-    auto reader = LineReader::open(path);
-    for (std::string_view line; reader && reader->lineNumber() < maxProbedLines;) {
-        const auto more = reader->next(line);
-        if (!more || !*more) return false;
-        if (!isRow(line)) continue;
-        std::array<std::string_view, columnsOfFile + 1> fields;
-        if (splitFields(line, ' ', fields) != columnsOfFile) return false;
-        Row row{};
-        for (std::size_t i = 0; i < columnsOfFile; ++i) {
-            const auto value = parseNumber(fields[i]);
-            if (!value) return false;
-            row[i] = *value;
-        }
-        return looksLikeParticle(row);
-    }
-    return false;
-}
-
-Result<std::unique_ptr<ParticleSource>> openAstra(const std::vector<std::filesystem::path>& files,
-                                                  double mass, Progress& progress) {
-    auto source = std::make_unique<AstraSource>(mass, progress);
-    OddSteps odd;
-    for (const std::filesystem::path& file : inStepOrder(files)) {
-        if (progress.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader astraReader;
+constinit const ParticleReader astraReader{
+    "astra", "ten columns of numbers, of which the last two can be a species and a status",
+    ParticleReader::Kind::rows,
+    [](const AskedFile& file) -> Result<bool> {
+        return file.shape.numbers && !file.shape.declared && file.shape.columns == columnsOfFile &&
+               looksLikeParticle(file.shape.first);
+    },
+    [](const AskedRun& run, Progress& progress) {
+        return openSeries(std::make_unique<AstraSource>(run.mass, progress), inOrder(run.files, stepNumber));
+    }};
 
 }  // namespace mote::prep

@@ -4,9 +4,10 @@
 #include <cctype>
 #include <optional>
 
-#include "preprocess/readers/csv/csv_source.h"
+#include "preprocess/readers/csv/csv_header.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -186,16 +187,10 @@ class HeaderFinder {
     std::uint64_t rows_ = 0;
 };
 
-bool startsLike(const std::string& name, std::string_view word) {
-    return name.size() >= word.size() &&
-           std::equal(word.begin(), word.end(), name.begin(),
-                      [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
-}
-
 /// TraceWin's text has phases and an energy, which is the kinetic one; in other tables an energy may be any.
 void nameKineticEnergy(std::vector<std::string>& names) {
     const auto like = [](std::string_view word) {
-        return [word](const std::string& name) { return startsLike(name, word); };
+        return [word](const std::string& name) { return lower(name).starts_with(word); };
     };
     if (std::none_of(names.begin(), names.end(), like("phase"))) return;
     const auto energy = std::find_if(names.begin(), names.end(), like("energy"));
@@ -232,7 +227,7 @@ Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, const CsvOpti
     }
     if (search.header) return headerOf(std::move(*search.header), options);
     if (search.firstRow) return headerOf(std::move(*search.firstRow), options);
-    return Error{ErrorCode::notFound, reader.name(), "has no line with the columns' names"};
+    return notFound(reader.name(), "has no line with the columns' names");
 }
 
 }  // namespace mote::prep

@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_column.h"
-#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/openpmd/layout.h"
-#include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
@@ -46,7 +45,7 @@ Result<H5Column> openColumn(const H5File& file, const std::string& path) {
 
 Result<double> numberAt(const H5File& file, const std::string& path) {
     MOTE_ASSIGN_OR_RETURN(const auto column, openColumn(file, path));
-    if (column.rows() != 1) return Error{ErrorCode::corrupt, column.object().where, "is not one number"};
+    if (column.rows() != 1) return corrupt(column.object().where, "is not one number");
     double value = 0.0;
     MOTE_RETURN_IF_ERROR(column.read(0, 1, &value));
     return value;
@@ -57,11 +56,9 @@ class GenesisFile {
   public:
     static Result<GenesisFile> open(const std::filesystem::path& path, double mass, Progress& progress);
 
-    const std::string& name() const { return name_; }
     std::uint64_t rows() const { return slices_.empty() ? 0 : slices_.back().begin + slices_.back().rows; }
-    /// As ParticleSource::read.
-    Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk);
+    /// As SeriesSource::readRows.
+    Status read(const std::vector<Column>& wanted, ParticleChunk& chunk);
     /// Gives back the datasets that are open.
     void close() { open_ = {}; }
 
@@ -91,8 +88,7 @@ Result<GenesisFile> GenesisFile::open(const std::filesystem::path& path, double 
     MOTE_ASSIGN_OR_RETURN(result.sliceSpacing_, numberAt(file, "/slicespacing"));
     if (!(result.sliceLength_ > 0.0) || !(result.sliceSpacing_ > 0.0) ||
         !std::isfinite(result.sliceLength_ + result.sliceSpacing_)) {
-        return Error{ErrorCode::corrupt, result.name_,
-                     "has slices without length (slicelength, slicespacing)"};
+        return corrupt(result.name_, "has slices without length (slicelength, slicespacing)");
     }
     MOTE_ASSIGN_OR_RETURN(const auto one4one, file.find(file.root(), "/one4one"));
     double each = 0.0;
@@ -122,9 +118,9 @@ Status GenesisFile::addSlice(const H5File& file, std::int64_t number, bool one4o
         MOTE_ASSIGN_OR_RETURN(const auto column, openColumn(file, group + "/" + record));
         if (record == recordNames[0]) slice.rows = column.rows();
         if (column.rows() != slice.rows) {
-            return Error{ErrorCode::corrupt, column.object().where,
-                         "has " + std::to_string(column.rows()) + " values where other columns have " +
-                             std::to_string(slice.rows)};
+            return corrupt(column.object().where, "has " + std::to_string(column.rows()) +
+                                                      " values where other columns have " +
+                                                      std::to_string(slice.rows));
         }
     }
     if (slice.rows == 0) return success();
@@ -136,14 +132,15 @@ Status GenesisFile::addSlice(const H5File& file, std::int64_t number, bool one4o
     return success();
 }
 
-Status GenesisFile::read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                         ParticleChunk& chunk) {
+Status GenesisFile::read(const std::vector<Column>& wanted, ParticleChunk& chunk) {
+    const std::uint64_t begin = chunk.begin;
     auto slice = std::upper_bound(slices_.begin(), slices_.end(), begin,
                                   [](std::uint64_t row, const Slice& one) { return row < one.begin; });
-    for (std::size_t done = 0; done < count; ++slice) {
+    for (std::size_t done = 0; done < chunk.size; ++slice) {
         const Slice& one = *(slice - 1);  // the first one begins at row 0
         const std::uint64_t first = begin + done - one.begin;
-        const auto rows = static_cast<std::size_t>(std::min<std::uint64_t>(one.rows - first, count - done));
+        const auto rows =
+            static_cast<std::size_t>(std::min<std::uint64_t>(one.rows - first, chunk.size - done));
         MOTE_RETURN_IF_ERROR(readPart(one, first, rows, done, wanted, chunk));
         done += rows;
     }
@@ -228,77 +225,50 @@ Status GenesisFile::readPart(const Slice& slice, std::uint64_t begin, std::size_
     return success();
 }
 
-class GenesisSource : public ParticleSource {
+class GenesisSource : public SeriesSource {
   public:
-    explicit GenesisSource(double mass) : mass_(mass) {}
-    Status addFile(const std::filesystem::path& path, Progress& progress);
+    GenesisSource(double mass, Progress& progress) : SeriesSource("genesis4", progress), mass_(mass) {}
 
-    std::string format() const override { return "genesis4"; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override { return column != Column::t && column != Column::id; }
     double mass() const override { return mass_; }
     std::string species() const override { return mass_ == electronMass ? "electron" : ""; }
     double particleCharge() const override { return mass_ == electronMass ? -elementaryCharge : 0.0; }
-    std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+    std::string weightUnit() const override { return "C"; }
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override {
+        MOTE_ASSIGN_OR_RETURN(auto file, GenesisFile::open(path, mass_, progress_));
+        steps_.push_back(stepOf(path, file.rows()));
+        files_.push_back(std::move(file));
+        return success();
+    }
+    bool hasEverywhere(Column column) const override { return column != Column::t && column != Column::id; }
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override {
+        if (open_ != step) files_[open_].close();
+        open_ = step;
+        return files_[step].read(wanted, chunk);
+    }
 
   private:
     double mass_;
-    std::vector<SourceStep> steps_;
     std::vector<GenesisFile> files_;
     std::size_t open_ = 0;
 };
 
-Status GenesisSource::addFile(const std::filesystem::path& path, Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto file, GenesisFile::open(path, mass_, progress));
-    steps_.push_back(
-        {file.name(), fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, file.rows()});
-    files_.push_back(std::move(file));
-    return success();
-}
-
-Status GenesisSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                           const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
-    if (open_ != step) files_[open_].close();
-    open_ = step;
-    chunk.begin = begin;
-    chunk.size = count;
-    chunk.lost.assign(count, 0);
-    for (const Column column : wanted) {
-        if (column == Column::t) {
-            return Error{ErrorCode::invalidArgument, steps_[step].file, "has no times of particles"};
-        }
-        if (column != Column::id) {
-            chunk[column].resize(count);
-            continue;
-        }
-        chunk.id.resize(count);
-        for (std::size_t i = 0; i < count; ++i) chunk.id[i] = begin + i;
-    }
-    return files_[step].read(begin, count, wanted, chunk);
-}
-
 }  // namespace
 
-bool looksLikeGenesis(const H5File& file) {
-    for (const char* name : {"/slicelength", "/slicespacing", "/beamletsize"}) {
-        const auto dataset = file.find(file.root(), name);
-        if (!dataset || !*dataset || (*dataset)->group) return false;
-    }
-    return true;
-}
-
-Result<std::unique_ptr<ParticleSource>> openGenesis(const std::vector<std::filesystem::path>& files,
-                                                    double mass, Progress& progress) {
-    auto source = std::make_unique<GenesisSource>(mass > 0.0 ? mass : electronMass);
-    OddSteps odd;
-    for (const std::filesystem::path& file : inOrder(files)) {
-        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file, progress)));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader genesisReader;
+constinit const ParticleReader genesisReader{
+    "genesis4", "HDF5 with slicelength, slicespacing and beamletsize", ParticleReader::Kind::hdf5,
+    [](const AskedFile& file) -> Result<bool> {
+        for (const char* name : {"/slicelength", "/slicespacing", "/beamletsize"}) {
+            const auto dataset = file.hdf5->find(file.hdf5->root(), name);
+            if (!dataset || !*dataset || (*dataset)->group) return false;
+        }
+        return true;
+    },
+    [](const AskedRun& run, Progress& progress) {
+        return openSeries(std::make_unique<GenesisSource>(run.mass > 0.0 ? run.mass : electronMass, progress),
+                          inOrder(run.files));
+    }};
 
 }  // namespace mote::prep

@@ -3,10 +3,10 @@
 // GDF, GPT's binary format: a header of 48 bytes, then blocks of a name (16 bytes), a type and a length, each
 // with its data; blocks may open and close groups.
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
-#include "preprocess/readers/gpt/gpt_table.h"
+#include "preprocess/readers/gpt/gdf_file.h"
+#include "preprocess/readers/text/number.h"
 
 namespace mote::prep {
 namespace {
@@ -18,59 +18,22 @@ constexpr std::size_t maxDepth = 64;
 
 constexpr std::uint32_t typeMask = 0xff, opens = 0x100, closes = 0x200, single = 0x400, array = 0x800;
 
-/// Bytes of a number of a type; 0 for those that are no numbers.
-std::size_t widthOf(std::uint32_t type) {
-    switch (type & typeMask) {
-        case 0x20:  // u8
-        case 0x30:
-            return 1;
-        case 0x40:  // u16
-        case 0x50:
-            return 2;
-        case 0x02:  // s32
-        case 0x60:  // u32
-        case 0x90:  // f32
-            return 4;
-        case 0x03:  // f64
-        case 0x70:  // u64
-        case 0x80:
-            return 8;
-        default:
-            return 0;
-    }
-}
-
+/// A type of numbers: its code, its bytes, and how one is read.
+struct GdfNumber {
+    std::uint32_t type;
+    std::size_t width;
+    double (*at)(const char* bytes);
+};
 template <class Number>
-double as(const char* at) {
-    Number number{};
-    std::memcpy(&number, at, sizeof(Number));
-    return static_cast<double>(number);
+constexpr GdfNumber gdfNumber(std::uint32_t type) {
+    return {type, sizeof(Number),
+            [](const char* bytes) { return static_cast<double>(loadNumber<Number>(bytes, false)); }};
 }
-
-double numberAt(std::uint32_t type, const char* at) {
-    switch (type & typeMask) {
-        case 0x20:
-            return as<std::uint8_t>(at);
-        case 0x30:
-            return as<std::int8_t>(at);
-        case 0x40:
-            return as<std::uint16_t>(at);
-        case 0x50:
-            return as<std::int16_t>(at);
-        case 0x02:
-            return as<std::int32_t>(at);
-        case 0x60:
-            return as<std::uint32_t>(at);
-        case 0x70:
-            return as<std::uint64_t>(at);
-        case 0x80:
-            return as<std::int64_t>(at);
-        case 0x90:
-            return as<float>(at);
-        default:
-            return as<double>(at);
-    }
-}
+constexpr GdfNumber gdfNumbers[] = {gdfNumber<std::uint8_t>(0x20),  gdfNumber<std::int8_t>(0x30),
+                                    gdfNumber<std::uint16_t>(0x40), gdfNumber<std::int16_t>(0x50),
+                                    gdfNumber<std::int32_t>(0x02),  gdfNumber<std::uint32_t>(0x60),
+                                    gdfNumber<std::uint64_t>(0x70), gdfNumber<std::int64_t>(0x80),
+                                    gdfNumber<float>(0x90),         gdfNumber<double>(0x03)};
 
 class GdfParser {
   public:
@@ -115,18 +78,20 @@ class GdfParser {
             if (groups_.size() > maxDepth) return corrupt(data, "has groups deeper than 64");
             groups_.push_back({});
         }
-        const std::size_t width = widthOf(type);
-        if (width == 0) return success();
-        if ((type & single) != 0 && size >= width) {
-            if (name == "time") groups_.back().time = numberAt(type, bytes_.data() + data);
+        const auto* const number =
+            std::find_if(std::begin(gdfNumbers), std::end(gdfNumbers),
+                         [&](const GdfNumber& known) { return known.type == (type & typeMask); });
+        if (number == std::end(gdfNumbers)) return success();  // text and the like
+        if ((type & single) != 0 && size >= number->width) {
+            if (name == "time") groups_.back().time = number->at(bytes_.data() + data);
             return success();
         }
         if ((type & array) == 0) return success();
-        if (size % width != 0) return corrupt(data, "has an array that ends within a number");
-        MOTE_RETURN_IF_ERROR(held_.add(size / width, name_));
-        std::vector<double> values(size / width);
+        if (size % number->width != 0) return corrupt(data, "has an array that ends within a number");
+        MOTE_RETURN_IF_ERROR(held_.add(size / number->width, name_));
+        std::vector<double> values(size / number->width);
         for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = numberAt(type, bytes_.data() + data + i * width);
+            values[i] = number->at(bytes_.data() + data + i * number->width);
         groups_.back().names.push_back(name);
         groups_.back().values.push_back(std::move(values));
         return success();
@@ -149,11 +114,10 @@ class GdfParser {
 
 }  // namespace
 
-Result<std::vector<GptBlock>> readGdf(const std::filesystem::path& path, HeldNumbers& held) {
-    static_assert(std::endian::native == std::endian::little);
-    MOTE_ASSIGN_OR_RETURN(const auto bytes, readText(path));
-    const std::string name = path.filename().string();
-    return GdfParser(bytes, name, held).run();
+Result<std::vector<GptBlock>> readGdf(const HeldFile& file) {
+    MOTE_ASSIGN_OR_RETURN(const auto bytes, file.text());
+    const std::string name = file.name();
+    return GdfParser(bytes, name, file.held).run();
 }
 
 }  // namespace mote::prep

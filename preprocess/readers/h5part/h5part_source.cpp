@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/particle_formats.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,13 +8,12 @@
 #include <vector>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_attribute.h"
 #include "preprocess/readers/hdf5/h5_column.h"
 #include "preprocess/readers/known_species.h"
-#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/openpmd/layout.h"
-#include "preprocess/readers/particle_source.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
@@ -41,9 +38,8 @@ class H5PartStep {
     /// Of the first particle's charge; 0 where there is none.
     double chargeSign() const { return chargeSign_; }
 
-    /// As ParticleSource::read.
-    Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk);
+    /// As SeriesSource::readRows.
+    Status read(const std::vector<Column>& wanted, ParticleChunk& chunk) const;
 
   private:
     Status readMeaning(const H5File& file, const H5Object& step);
@@ -86,13 +82,12 @@ Result<H5PartStep> H5PartStep::open(const H5File& file, const std::string& path,
         if (first) step.rows_ = column->rows();
         first = false;
         if (column->rows() != step.rows_) {
-            return Error{ErrorCode::corrupt, column->object().where,
-                         "has " + std::to_string(column->rows()) + " values where other columns have " +
-                             std::to_string(step.rows_)};
+            return corrupt(column->object().where, "has " + std::to_string(column->rows()) +
+                                                       " values where other columns have " +
+                                                       std::to_string(step.rows_));
         }
     }
-    if (first)
-        return Error{ErrorCode::notFound, group.where, "holds none of the columns x, y, z, px, py, pz"};
+    if (first) return notFound(group.where, "holds none of the columns x, y, z, px, py, pz");
     return step;
 }
 
@@ -145,24 +140,15 @@ Result<double> H5PartStep::unitOf(const H5File& file, const H5Object& step, std:
     return 1.0;
 }
 
-Status H5PartStep::read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                        ParticleChunk& chunk) {
-    chunk.begin = begin;
-    chunk.size = count;
-    chunk.lost.assign(count, 0);
+Status H5PartStep::read(const std::vector<Column>& wanted, ParticleChunk& chunk) const {
     for (const Column column : wanted) {
         const auto& source = columns_[static_cast<std::size_t>(column)];
+        if (!source) continue;
         if (column == Column::id) {
-            chunk.id.resize(count);
-            for (std::size_t i = 0; i < count && !source; ++i) chunk.id[i] = begin + i;
-            if (source) MOTE_RETURN_IF_ERROR(source->read(begin, count, chunk.id.data()));
+            MOTE_RETURN_IF_ERROR(source->read(chunk.begin, chunk.size, chunk.id.data()));
             continue;
         }
-        chunk[column].assign(count, 1.0);
-        if (!source && column == Column::weight) continue;
-        if (!source)
-            return Error{ErrorCode::invalidArgument, "", "a column that the run does not have was asked for"};
-        MOTE_RETURN_IF_ERROR(source->read(begin, count, chunk[column].data()));
+        MOTE_RETURN_IF_ERROR(source->read(chunk.begin, chunk.size, chunk[column].data()));
         const double factor = factors_[static_cast<std::size_t>(column)];
         for (double& value : chunk[column])
             value = column == Column::weight ? std::abs(value * factor) : value * factor;
@@ -172,27 +158,25 @@ Status H5PartStep::read(std::uint64_t begin, std::size_t count, const std::vecto
 
 constexpr std::string_view stepPattern = "Step#%T";
 
-struct Place {
+struct H5PartPlace {
     std::filesystem::path file;
     std::string group;
 };
 
-class H5PartSource : public ParticleSource {
+class H5PartSource : public SeriesSource {
   public:
-    explicit H5PartSource(double mass) : wantedMass_(mass) {}
-    Status addFile(const std::filesystem::path& path, Progress& progress);
-    OddSteps& odd() { return odd_; }
-    Status finish(Progress& progress);
+    H5PartSource(double mass, Progress& progress) : SeriesSource("h5part", progress), wantedMass_(mass) {}
 
-    std::string format() const override { return "h5part"; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override { return has_[static_cast<std::size_t>(column)]; }
     double mass() const override { return mass_; }
     std::string species() const override { return species_; }
     double particleCharge() const override { return particleCharge_; }
     std::string weightUnit() const override { return weightUnit_; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override;
+    Status finish() override;
+    bool hasEverywhere(Column column) const override { return everywhere_[static_cast<std::size_t>(column)]; }
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
     Status addStep(const H5File& file, const std::filesystem::path& path, const std::string& group,
@@ -203,28 +187,25 @@ class H5PartSource : public ParticleSource {
     double wantedMass_, mass_ = 0.0, particleCharge_ = 0.0;
     std::string species_, weightUnit_;
     bool anyParticles_ = false, unitsGiven_ = true;
-    bool has_[columnCount] = {};
-    OddSteps odd_;
-    std::vector<SourceStep> steps_;
-    std::vector<Place> places_;
+    bool everywhere_[columnCount] = {};
+    std::vector<H5PartPlace> places_;
     std::size_t openStep_ = static_cast<std::size_t>(-1);
     std::optional<H5PartStep> open_;
 };
 
-Status H5PartSource::addFile(const std::filesystem::path& path, Progress& progress) {
+Status H5PartSource::addFile(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
     MOTE_ASSIGN_OR_RETURN(const auto names, file.children(file.root()));
     bool any = false;
     for (const std::string& name : names) {
         const auto number = matchIteration(stepPattern, name);
         if (!number) continue;
-        if (progress.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(odd_.add(addStep(file, path, "/" + name, *number)));
+        if (progress_.cancelled()) return wasCancelled("cancelled while the steps were listed");
+        MOTE_RETURN_IF_ERROR(leaveOut(addStep(file, path, "/" + name, *number)));
         any = true;
     }
     if (any) return success();
-    return Error{ErrorCode::notFound, file.name(), "has no group Step#0, Step#1, ..."};
+    return notFound(file.name(), "has no group Step#0, Step#1, ...");
 }
 
 Status H5PartSource::addStep(const H5File& file, const std::filesystem::path& path, const std::string& group,
@@ -239,7 +220,7 @@ Status H5PartSource::addStep(const H5File& file, const std::filesystem::path& pa
     if (particleCharge_ == 0.0 && step.weightUnit() == "C") findSpecies(step.chargeSign());
     for (std::size_t i = 0; i < columnCount; ++i) {
         const bool here = step.has(static_cast<Column>(i));
-        has_[i] = anyParticles_ ? has_[i] && here : here;
+        everywhere_[i] = anyParticles_ ? everywhere_[i] && here : here;
     }
     anyParticles_ = anyParticles_ || step.rows() > 0;
     return success();
@@ -253,61 +234,43 @@ void H5PartSource::findSpecies(double chargeSign) {
     particleCharge_ = chargeSign * elementaryCharge;
 }
 
-Status H5PartSource::finish(Progress& progress) {
-    std::vector<std::size_t> order(steps_.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return steps_[a].iteration < steps_[b].iteration; });
-    std::vector<SourceStep> steps;
-    std::vector<Place> places;
-    for (const std::size_t i : order) {
-        steps.push_back(std::move(steps_[i]));
-        places.push_back(std::move(places_[i]));
-    }
-    steps_ = std::move(steps);
-    places_ = std::move(places);
+Status H5PartSource::finish() {
+    sortByIteration(places_);
     if (!species_.empty()) {
-        progress.note("the species is " + species_ + ", after the mass and the sign of the charges");
+        progress_.note("the species is " + species_ + ", after the mass and the sign of the charges");
     }
-    if (!unitsGiven_) progress.note("the H5Part file names no units: m, eV/c, s and C are taken");
+    if (!unitsGiven_) progress_.note("the H5Part file names no units: m, eV/c, s and C are taken");
     return success();
 }
 
-Status H5PartSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                          const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+Status H5PartSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     if (openStep_ != step) {
         openStep_ = static_cast<std::size_t>(-1);
         open_.reset();
         MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(places_[step].file));
         MOTE_ASSIGN_OR_RETURN(auto opened, H5PartStep::open(file, places_[step].group, wantedMass_));
         if (opened.rows() != steps_[step].particles) {
-            return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
+            return corrupt(steps_[step].file, "has changed since it was opened");
         }
         open_ = std::move(opened);
         openStep_ = step;
     }
-    return open_->read(begin, count, wanted, chunk);
+    return open_->read(wanted, chunk);
 }
 
 }  // namespace
 
-bool looksLikeH5Part(const H5File& file) {
-    const auto names = file.children(file.root());
-    return names && std::any_of(names->begin(), names->end(), [](const std::string& name) {
-               return matchIteration(stepPattern, name).has_value();
-           });
-}
-
-Result<std::unique_ptr<ParticleSource>> openH5Part(const std::vector<std::filesystem::path>& files,
-                                                   double mass, Progress& progress) {
-    auto source = std::make_unique<H5PartSource>(mass);
-    for (const std::filesystem::path& file : files) {
-        MOTE_RETURN_IF_ERROR(source->odd().add(source->addFile(file, progress)));
-    }
-    MOTE_RETURN_IF_ERROR(source->odd().finish(!source->steps().empty(), progress));
-    MOTE_RETURN_IF_ERROR(source->finish(progress));
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader h5partReader;
+constinit const ParticleReader h5partReader{
+    "h5part", "HDF5 with groups Step#N", ParticleReader::Kind::hdf5,
+    [](const AskedFile& file) -> Result<bool> {
+        const auto names = file.hdf5->children(file.hdf5->root());
+        return names && std::any_of(names->begin(), names->end(), [](const std::string& name) {
+                   return matchIteration(stepPattern, name).has_value();
+               });
+    },
+    [](const AskedRun& run, Progress& progress) {
+        return openSeries(std::make_unique<H5PartSource>(run.mass, progress), run.files);
+    }};
 
 }  // namespace mote::prep

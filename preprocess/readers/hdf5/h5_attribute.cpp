@@ -155,7 +155,7 @@ Result<std::optional<OpenAttribute>> openAttribute(const H5Object& object, const
     open.elements = H5Sget_simple_extent_npoints(open.space.get());
     if (open.elements < 0) return unreadable(where);
     if (open.elements > maxElements) {
-        return Error{ErrorCode::unsupported, where, "has more than 4096 elements"};
+        return unsupported(where, "has more than 4096 elements");
     }
     return std::optional<OpenAttribute>(std::move(open));
 }
@@ -169,7 +169,7 @@ std::string trimmed(const char* text, std::size_t limit) {
 Result<std::string> readFixedText(const OpenAttribute& open, std::size_t index) {
     const std::size_t size = H5Tget_size(open.type.get());
     if (size == 0 || size > maxTextBytes) {
-        return Error{ErrorCode::unsupported, open.where, "is a text of more than 64 KiB"};
+        return unsupported(open.where, "is a text of more than 64 KiB");
     }
     std::vector<char> bytes(size * static_cast<std::size_t>(open.elements) + 1, '\0');
     if (H5Aread(open.attribute.get(), open.type.get(), bytes.data()) < 0) return unreadable(open.where);
@@ -192,7 +192,7 @@ Result<std::optional<std::vector<double>>> numbersAttribute(const H5Object& obje
     const OpenAttribute& attribute = *open;
     const H5T_class_t kind = H5Tget_class(attribute.type.get());
     if (kind != H5T_INTEGER && kind != H5T_FLOAT && kind != H5T_ENUM) {
-        return Error{ErrorCode::unsupported, attribute.where, "is no number"};
+        return unsupported(attribute.where, "is no number");
     }
     std::vector<double> values(static_cast<std::size_t>(attribute.elements));
     if (!values.empty() && H5Aread(attribute.attribute.get(), H5T_NATIVE_DOUBLE, values.data()) < 0) {
@@ -205,7 +205,7 @@ Result<std::optional<double>> numberAttribute(const H5Object& object, const char
     MOTE_ASSIGN_OR_RETURN(auto values, numbersAttribute(object, name));
     if (!values.has_value()) return std::optional<double>();
     if (values->empty()) {
-        return Error{ErrorCode::corrupt, object.where + "@" + name, "is empty where a number was expected"};
+        return corrupt(object.where + "@" + name, "is empty where a number was expected");
     }
     return std::optional<double>((*values)[0]);
 }
@@ -215,7 +215,7 @@ Result<std::optional<std::string>> textAttribute(const H5Object& object, const c
     if (!open.has_value()) return std::optional<std::string>();
     const OpenAttribute& attribute = *open;
     if (H5Tget_class(attribute.type.get()) != H5T_STRING) {
-        return Error{ErrorCode::unsupported, attribute.where, "is no text"};
+        return unsupported(attribute.where, "is no text");
     }
     if (attribute.elements == 0) return std::optional<std::string>("");
     MOTE_ASSIGN_OR_RETURN(auto text, readText(attribute, 0));
@@ -226,10 +226,9 @@ Result<std::optional<std::vector<std::string>>> textsAttribute(const H5Object& o
     MOTE_ASSIGN_OR_RETURN(auto open, openAttribute(object, name));
     if (!open.has_value()) return std::optional<std::vector<std::string>>();
     if (H5Tget_class(open->type.get()) != H5T_STRING) {
-        return Error{ErrorCode::unsupported, open->where, "is no text"};
+        return unsupported(open->where, "is no text");
     }
-    if (open->elements > maxTexts)
-        return Error{ErrorCode::unsupported, open->where, "has more than 16 texts"};
+    if (open->elements > maxTexts) return unsupported(open->where, "has more than 16 texts");
     std::vector<std::string> texts;
     for (std::size_t i = 0; i < static_cast<std::size_t>(open->elements); ++i) {
         MOTE_ASSIGN_OR_RETURN(auto text, readText(*open, i));

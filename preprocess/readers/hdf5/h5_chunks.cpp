@@ -59,8 +59,8 @@ Status H5Chunks::readShape(const H5Object& dataset, hid_t creation) {
                                                             : chunkBytes_ * length;
     }
     if (chunkBytes_ == 0 || chunkBytes_ > maxChunkBytes) {
-        return Error{ErrorCode::unsupported, dataset.where,
-                     "has chunks of " + std::to_string(chunkBytes_) + " bytes; at most 1 GiB is read"};
+        return unsupported(dataset.where,
+                           "has chunks of " + std::to_string(chunkBytes_) + " bytes; at most 1 GiB is read");
     }
     return success();
 }
@@ -81,9 +81,9 @@ Status H5Chunks::readFilters(const H5Object& dataset, hid_t creation) {
         const bool known = id == H5Z_FILTER_DEFLATE || id == H5Z_FILTER_SHUFFLE ||
                            id == H5Z_FILTER_FLETCHER32 || id == lzfFilter;
         if (!known) {
-            return Error{ErrorCode::unsupported, dataset.where,
-                         "is compressed by filter " + std::to_string(id) + " '" + name.data() +
-                             "', which is not read; repack it (h5repack -f GZIP=1)"};
+            return unsupported(dataset.where, "is compressed by filter " + std::to_string(id) + " '" +
+                                                  name.data() +
+                                                  "', which is not read; repack it (h5repack -f GZIP=1)");
         }
         // The size of an element is the first parameter of shuffle, set when the dataset is made.
         filters_.push_back({id, valueCount > 0 && values[0] > 0 ? values[0] : valueBytes_});

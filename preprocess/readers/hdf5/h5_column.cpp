@@ -29,8 +29,7 @@ Status H5Column::read(std::uint64_t begin, std::size_t count, std::uint64_t* val
 Status H5Column::readAs(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const {
     if (count == 0) return success();
     if (begin > rows_ || count > rows_ - begin) {
-        return Error{ErrorCode::corrupt, object().where,
-                     "has " + std::to_string(rows_) + " values; more were asked for"};
+        return corrupt(object().where, "has " + std::to_string(rows_) + " values; more were asked for");
     }
     std::vector<hsize_t> first(numbers_.extent().size(), 0), size(first.size(), 1);
     if (!first.empty()) {

@@ -83,7 +83,7 @@ Result<H5File> H5File::open(const std::filesystem::path& path) {
     result.name_ = path.filename().string();
     std::error_code code;
     result.bytes_ = std::filesystem::file_size(path, code);
-    if (code) return Error{ErrorCode::notFound, result.name_, "cannot be read: " + code.message()};
+    if (code) return notFound(result.name_, "cannot be read: " + code.message());
     if (!looksLikeHdf5(path)) {
         return corrupt(result.name_, "is not an HDF5 file, or not one that may be read");
     }
@@ -154,7 +154,7 @@ Result<H5Object> H5File::require(const H5Object& from, std::string_view path) co
     if (!found.has_value()) {
         const std::string where =
             path.starts_with('/') ? name_ + ":" + std::string(path) : join(from.where, path);
-        return Error{ErrorCode::notFound, where, "is missing"};
+        return notFound(where, "is missing");
     }
     return std::move(*found);
 }

@@ -72,12 +72,11 @@ Result<std::vector<double>> DeckReader::values(std::size_t count, const char* wh
     while (result.size() < count) {
         std::string_view text;
         MOTE_ASSIGN_OR_RETURN(const auto more, nextLine(text));
-        if (!more) return Error{ErrorCode::corrupt, where(), std::string("the deck ends before ") + what};
+        if (!more) return corrupt(where(), std::string("the deck ends before ") + what);
         const std::size_t before = result.size();
         if (append(text, count, result)) break;
         if (result.size() == before) {
-            return Error{ErrorCode::corrupt, where(),
-                         std::string("has no numbers where ") + what + " should stand"};
+            return corrupt(where(), std::string("has no numbers where ") + what + " should stand");
         }
     }
     result.resize(count, 0.0);
@@ -105,8 +104,7 @@ Status readReference(DeckReader& reader, ImpactDeck& deck) {
                       std::isfinite(deck.kineticEnergy) && deck.frequency > 0.0 &&
                       std::isfinite(deck.frequency);
     if (sane) return success();
-    return Error{ErrorCode::corrupt, reader.where(),
-                 "needs a mass and a frequency above 0 and an energy of at least 0"};
+    return corrupt(reader.where(), "needs a mass and a frequency above 0 and an energy of at least 0");
 }
 
 Status skip(DeckReader& reader, std::initializer_list<std::size_t> reads) {
@@ -124,7 +122,7 @@ Status readImpactZ(DeckReader& reader, ImpactDeck& deck) {
     MOTE_ASSIGN_OR_RETURN(const auto start, reader.values(4, "the number of charge states"));
     const double states = start[3];
     if (!(states >= 1.0 && states <= static_cast<double>(maxChargeStates))) {
-        return Error{ErrorCode::corrupt, reader.where(), "has an impossible number of charge states"};
+        return corrupt(reader.where(), "has an impossible number of charge states");
     }
     const auto perState = static_cast<std::size_t>(states);
     return skip(reader, {perState, perState, perState, 7, 7, 7});
@@ -204,9 +202,8 @@ Result<ReferenceTrack> ReferenceTrack::read(const std::filesystem::path& path) {
         for (std::size_t i = 0; i < 3; ++i) {
             const auto value = i < count ? parseNumber(fields[i]) : std::nullopt;
             if (!value || !std::isfinite(*value) || (i == 2 && *value < 1.0)) {
-                return Error{ErrorCode::corrupt,
-                             reader.name() + ": line " + std::to_string(reader.lineNumber()),
-                             "does not begin with path, phase and gamma"};
+                return corrupt(reader.name() + ": line " + std::to_string(reader.lineNumber()),
+                               "does not begin with path, phase and gamma");
             }
             values[i] = *value;
         }
@@ -216,7 +213,7 @@ Result<ReferenceTrack> ReferenceTrack::read(const std::filesystem::path& path) {
         }
         track.points.push_back({values[0], values[1], values[2]});
     }
-    if (track.points.empty()) return Error{ErrorCode::corrupt, reader.name(), "holds no reference particle"};
+    if (track.points.empty()) return corrupt(reader.name(), "holds no reference particle");
     return track;
 }
 

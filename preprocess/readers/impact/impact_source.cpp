@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/particle_formats.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/impact/impact_check.h"
 #include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/impact/number_table.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_source.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
@@ -106,22 +103,25 @@ double ImpactColumns::value(Column column, const Row& row) const {
     return 0.0;
 }
 
-constexpr std::size_t fewestColumns = 6;
+constexpr std::size_t fewestColumns = 6, columnsOfImpactZ = 9;
 
-class ImpactSource : public ParticleSource {
+class ImpactSource : public SeriesSource {
   public:
     ImpactSource(ImpactDeck::Code code, const proto::ImpactOptions& options, Progress& progress)
-        : code_(code), options_(options), progress_(progress) {}
+        : SeriesSource(code == ImpactDeck::Code::impactZ ? "impactz" : "impactt", progress),
+          code_(code),
+          options_(options) {}
 
-    Status open(const std::vector<std::filesystem::path>& files);
+    /// What all steps share, from the options and from files beside the first one.
+    Status readUnits(const std::filesystem::path& beside);
 
-    std::string format() const override { return impactZ() ? "impactz" : "impactt"; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override;
     double mass() const override { return units_.mass; }
     std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override;
+    bool hasEverywhere(Column column) const override;
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
     struct Dump {
@@ -133,19 +133,16 @@ class ImpactSource : public ParticleSource {
     Status readDeck(const std::filesystem::path& beside);
     Status setUnits();
     Status readTrack(const std::filesystem::path& beside);
-    Status addFile(const std::filesystem::path& path);
     bool setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step);
     void fillRow(const ImpactColumns& columns, const ImpactColumns::Row& row, std::size_t at,
                  const std::vector<Column>& wanted, ParticleChunk& chunk);
 
     ImpactDeck::Code code_;
     proto::ImpactOptions options_;
-    Progress& progress_;
     std::optional<ImpactDeck> deck_;
     std::optional<ReferenceTrack> track_;
     ImpactColumns units_;  // what all steps share
     bool uniformWeight_ = false, notedEnergy_ = false;
-    std::vector<SourceStep> steps_;
     std::vector<Dump> dumps_;
     std::size_t open_ = 0;
 };
@@ -154,13 +151,10 @@ bool positive(double value) {
     return value > 0.0 && std::isfinite(value);
 }
 
-Status ImpactSource::open(const std::vector<std::filesystem::path>& files) {
-    MOTE_RETURN_IF_ERROR(readDeck(files.front()));
+Status ImpactSource::readUnits(const std::filesystem::path& beside) {
+    MOTE_RETURN_IF_ERROR(readDeck(beside));
     MOTE_RETURN_IF_ERROR(setUnits());
-    if (impactZ()) MOTE_RETURN_IF_ERROR(readTrack(files.front()));
-    OddSteps odd;
-    for (const std::filesystem::path& file : inOrder(files)) MOTE_RETURN_IF_ERROR(odd.add(addFile(file)));
-    return odd.finish(!steps_.empty(), progress_);
+    return impactZ() ? readTrack(beside) : success();
 }
 
 Status ImpactSource::readDeck(const std::filesystem::path& beside) {
@@ -183,12 +177,12 @@ Status ImpactSource::setUnits() {
     units_.mass = options_.has_mass() ? options_.mass() : deck_ ? deck_->mass : 0.0;
     const double current = options_.has_current() ? options_.current() : deck_ ? deck_->current : 0.0;
     if (impactZ() && !positive(frequency)) {
-        return Error{ErrorCode::invalidArgument, "impact.frequency",
-                     "no ImpactZ.in stands beside the input; give the scaling frequency in Hz"};
+        return invalid("impact.frequency",
+                       "no ImpactZ.in stands beside the input; give the scaling frequency in Hz");
     }
     if (impactZ() && !positive(units_.mass)) {
-        return Error{ErrorCode::invalidArgument, "impact.mass",
-                     "no ImpactZ.in stands beside the input; give the particle's mass in eV/c^2"};
+        return invalid("impact.mass",
+                       "no ImpactZ.in stands beside the input; give the particle's mass in eV/c^2");
     }
     if (!positive(units_.mass)) {
         units_.mass = electronMass;
@@ -221,15 +215,14 @@ Status ImpactSource::addFile(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(auto table, NumberTable::open(path, fewestColumns, progress_));
     ImpactColumns columns = units_;
     columns.columns = table.columns();
-    SourceStep step{path.filename().string(),
-                    fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, table.rows()};
+    SourceStep step = stepOf(path, table.rows());
     if (const auto declared = table.shape().declared; declared && *declared != table.rows()) {
         progress_.note(step.file + " says that it has " + std::to_string(*declared) + " particles and has " +
                        std::to_string(table.rows()));
     }
     const bool known = impactZ() && setReference(step.iteration, columns, step);
     if (!std::isfinite(columns.gamma) || columns.gamma < 1.0) {
-        return Error{ErrorCode::invalidArgument, "impact.kinetic_energy", "needs a number of at least 0"};
+        return invalid("impact.kinetic_energy", "needs a number of at least 0");
     }
     if (impactZ()) {
         MOTE_RETURN_IF_ERROR(checkImpactZ(table, columns.mass, known ? columns.gamma : 0.0, progress_));
@@ -264,7 +257,7 @@ bool ImpactSource::setReference(std::int64_t number, ImpactColumns& columns, Sou
     return false;
 }
 
-bool ImpactSource::has(Column column) const {
+bool ImpactSource::hasEverywhere(Column column) const {
     const auto all = [&](auto condition) {
         return std::all_of(dumps_.begin(), dumps_.end(), [&](const Dump& dump) {
             return dump.table.rows() == 0 || condition(dump.columns);
@@ -278,29 +271,15 @@ bool ImpactSource::has(Column column) const {
     return true;
 }
 
-Status ImpactSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                          const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+Status ImpactSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     if (open_ != step) dumps_[open_].table.close();
     open_ = step;
     Dump& dump = dumps_[step];
-    MOTE_RETURN_IF_ERROR(dump.table.seek(begin, progress_));
-    chunk.begin = begin;
-    chunk.size = count;
-    chunk.lost.assign(count, 0);
+    MOTE_RETURN_IF_ERROR(dump.table.seek(chunk.begin, progress_));
     std::uint32_t needed = 0;
-    for (const Column column : wanted) {
-        if (column == Column::t && !impactZ()) {
-            return Error{ErrorCode::invalidArgument, steps_[step].file, "IMPACT-T writes no arrival times"};
-        }
-        needed |= dump.columns.needed(column);
-        if (column == Column::id)
-            chunk.id.resize(count);
-        else
-            chunk[column].resize(count);
-    }
+    for (const Column column : wanted) needed |= dump.columns.needed(column);
     ImpactColumns::Row row{};
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < chunk.size; ++i) {
         MOTE_RETURN_IF_ERROR(dump.table.next(needed, row));
         fillRow(dump.columns, row, i, wanted, chunk);
     }
@@ -314,20 +293,54 @@ void ImpactSource::fillRow(const ImpactColumns& columns, const ImpactColumns::Ro
             chunk[column][at] = columns.value(column, row);
             continue;
         }
-        const double id = row[8];
-        const bool valid = columns.hasIdColumn() && id >= 0.0 && id < 18446744073709551616.0;
-        chunk.id[at] = valid ? static_cast<std::uint64_t>(id) : chunk.begin + at;
+        const double id = row[idColumn];
+        if (columns.hasIdColumn() && id >= 0.0 && id < 18446744073709551616.0)
+            chunk.id[at] = static_cast<std::uint64_t>(id);
     }
+}
+
+template <ImpactDeck::Code code>
+Result<std::unique_ptr<ParticleSource>> openImpact(const AskedRun& run, Progress& progress) {
+    auto source = std::make_unique<ImpactSource>(code, run.job.impact(), progress);
+    MOTE_RETURN_IF_ERROR(source->readUnits(run.files.front()));
+    return openSeries(std::move(source), inOrder(run.files));
+}
+
+/// Whether a deck stands beside the file, and none of the other code.
+bool deckSays(const AskedFile& file, ImpactDeck::Code code, ImpactDeck::Code other) {
+    return file.shape.columns >= fewestColumns && ImpactDeck::beside(file.path, code) &&
+           !ImpactDeck::beside(file.path, other);
+}
+
+// A table of numbers without names: what its columns mean the deck beside it says, or the job.
+
+Result<bool> tellsImpactZ(const AskedFile& file) {
+    using Code = ImpactDeck::Code;
+    if (!file.shape.numbers || deckSays(file, Code::impactT, Code::impactZ)) return false;
+    return deckSays(file, Code::impactZ, Code::impactT) ||
+           (file.shape.columns == columnsOfImpactZ && file.job.impact().has_frequency());
+}
+
+Result<bool> tellsImpactT(const AskedFile& file) {
+    using Code = ImpactDeck::Code;
+    if (!file.shape.numbers) return false;
+    if (deckSays(file, Code::impactT, Code::impactZ)) return true;
+    const auto& options = file.job.impact();
+    const bool said = ImpactDeck::beside(file.path, Code::impactT).has_value() || options.has_frequency() ||
+                      options.has_current();
+    // A first line that counts the rows is OPAL's own.
+    return file.shape.columns == fewestColumns && (said || (file.job.has_impact() && !file.shape.declared));
 }
 
 }  // namespace
 
-Result<std::unique_ptr<ParticleSource>> openImpact(ImpactDeck::Code code,
-                                                   const std::vector<std::filesystem::path>& files,
-                                                   const proto::ImpactOptions& options, Progress& progress) {
-    auto source = std::make_unique<ImpactSource>(code, options, progress);
-    MOTE_RETURN_IF_ERROR(source->open(files));
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader impactZReader;
+constinit const ParticleReader impactZReader{
+    "impactz", "nine columns of numbers, and ImpactZ.in beside it or a frequency", ParticleReader::Kind::rows,
+    tellsImpactZ, openImpact<ImpactDeck::Code::impactZ>};
+extern const ParticleReader impactTReader;
+constinit const ParticleReader impactTReader{"impactt", "six columns of numbers, and ImpactT.in beside it",
+                                             ParticleReader::Kind::rows, tellsImpactT,
+                                             openImpact<ImpactDeck::Code::impactT>};
 
 }  // namespace mote::prep

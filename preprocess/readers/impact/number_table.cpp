@@ -14,10 +14,15 @@ constexpr std::uint64_t maxProbedLines = 10'000;
 
 using Fields = std::array<std::string_view, NumberTable::maxColumns>;
 
-bool allNumbers(const Fields& fields, std::size_t count) {
-    return std::all_of(fields.begin(),
-                       fields.begin() + static_cast<std::ptrdiff_t>(std::min(count, fields.size())),
-                       [](std::string_view field) { return parseNumber(field).has_value(); });
+/// Whether all fields are numbers; as far as they are, they become `values`.
+bool takeNumbers(const Fields& fields, std::size_t count,
+                 std::array<double, NumberTable::maxColumns>& values) {
+    for (std::size_t i = 0; i < std::min(count, fields.size()); ++i) {
+        const auto value = parseNumber(fields[i]);
+        if (!value) return false;
+        values[i] = *value;
+    }
+    return true;
 }
 
 }  // namespace
@@ -32,11 +37,14 @@ Result<NumberTable::Shape> NumberTable::probe(const std::filesystem::path& path)
         if (!isRow(line)) continue;
         Fields fields;
         const std::size_t count = splitFields(line, ' ', fields);
-        if (!allNumbers(fields, count)) shape.numbers = false;
+        std::array<double, maxColumns> values{};
+        if (!takeNumbers(fields, count, values)) shape.numbers = false;
         if (rows == 1 && shape.columns < fewestOfParticle && count >= fewestOfParticle && shape.declared) {
             shape.columns = std::min(count, maxColumns);
+            shape.first = values;
         } else if (rows == 0) {
             shape.columns = std::min(count, maxColumns);
+            shape.first = values;
             if (count < fewestOfParticle) shape.declared = parseId(fields[0]);
         }
         ++rows;
@@ -50,9 +58,9 @@ Result<NumberTable> NumberTable::open(const std::filesystem::path& path, std::si
                                       Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(const auto shape, probe(path));
     if (shape.columns != 0 && shape.columns < columns) {
-        return Error{ErrorCode::corrupt, path.filename().string(),
-                     "has " + std::to_string(shape.columns) + " columns where at least " +
-                         std::to_string(columns) + " were expected"};
+        return corrupt(path.filename().string(), "has " + std::to_string(shape.columns) +
+                                                     " columns where at least " + std::to_string(columns) +
+                                                     " were expected");
     }
     MOTE_ASSIGN_OR_RETURN(auto file, RowFile::open(path, shape.declared ? 1 : 0, progress));
     NumberTable table(std::move(file));
@@ -65,16 +73,14 @@ Status NumberTable::next(std::uint32_t needed, std::array<double, maxColumns>& v
     Fields fields;
     const std::size_t count = splitFields(line, ' ', fields);
     if (count < shape_.columns) {
-        return Error{ErrorCode::corrupt, file_.where(),
-                     "has " + std::to_string(count) + " columns where the first row has " +
-                         std::to_string(shape_.columns)};
+        return corrupt(file_.where(), "has " + std::to_string(count) + " columns where the first row has " +
+                                          std::to_string(shape_.columns));
     }
     for (std::size_t i = 0; i < shape_.columns; ++i) {
         if ((needed >> i & 1u) == 0) continue;
         const auto value = parseNumber(fields[i]);
         if (!value) {
-            return Error{ErrorCode::corrupt, file_.where() + ", column " + std::to_string(i + 1),
-                         "'" + std::string(fields[i].substr(0, 40)) + "' is not a number"};
+            return noNumber(fields[i], file_.where(), std::to_string(i + 1));
         }
         values[i] = *value;
     }

@@ -23,9 +23,10 @@ class NumberTable {
 
     /// What the first two rows say about a file.
     struct Shape {
-        std::size_t columns = 0;                ///< 0: an empty file
-        std::optional<std::uint64_t> declared;  ///< rows, where the first line says so
-        bool numbers = true;                    ///< every field of them is a number
+        std::size_t columns = 0;                 ///< 0: an empty file
+        std::optional<std::uint64_t> declared;   ///< rows, where the first line says so
+        bool numbers = true;                     ///< every field of them is a number
+        std::array<double, maxColumns> first{};  ///< row with so many columns, where all are numbers
     };
     /// Errors: those of LineReader.
     static Result<Shape> probe(const std::filesystem::path& path);

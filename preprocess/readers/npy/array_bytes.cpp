@@ -47,7 +47,7 @@ Status ArrayBytes::next(std::span<char> bytes) {
     while (!bytes.empty()) {
         const auto some = bytes.first(std::min(bytes.size(), maxAtOnce));
         MOTE_ASSIGN_OR_RETURN(const auto got, inflater_ ? inflater_->read(some, fromFile) : fromFile(some));
-        if (got == 0) return Error{ErrorCode::corrupt, part_.where, "is shorter than its file says"};
+        if (got == 0) return corrupt(part_.where, "is shorter than its file says");
         if (checking_) {
             checksum_ = static_cast<std::uint32_t>(
                 crc32(checksum_, reinterpret_cast<const Bytef*>(some.data()), static_cast<uInt>(got)));
@@ -56,8 +56,7 @@ Status ArrayBytes::next(std::span<char> bytes) {
         bytes = bytes.subspan(got);
     }
     if (checking_ && position_ == part_.bytes && checksum_ != *part_.checksum) {
-        return Error{ErrorCode::corrupt, part_.where,
-                     "is damaged: its checksum is not the one it should have"};
+        return corrupt(part_.where, "is damaged: its checksum is not the one it should have");
     }
     return success();
 }

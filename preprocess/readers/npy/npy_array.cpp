@@ -108,8 +108,8 @@ Result<std::vector<NpyArray>> openArchive(ByteSource& archive, const std::filesy
     }
     if (!arrays.empty()) return arrays;
     if (refused) return *refused;
-    return Error{ErrorCode::unsupported, archive.name(),
-                 "is a zip archive without arrays; numpy.savez writes them as NAME.npy"};
+    return unsupported(archive.name(),
+                       "is a zip archive without arrays; numpy.savez writes them as NAME.npy");
 }
 
 }  // namespace
@@ -120,9 +120,9 @@ Result<NpyArray> NpyArray::open(std::string name, ArrayBytes::Part part) {
     const auto declared = arrayBytes(header);
     const std::uint64_t held = part.bytes - std::min(part.bytes, header.dataOffset);
     if (!declared || *declared != held) {
-        return Error{ErrorCode::corrupt, part.where,
-                     "its header declares " + (declared ? std::to_string(*declared) : "more than 2^64") +
-                         " bytes of data, and it holds " + std::to_string(held)};
+        return corrupt(part.where, "its header declares " +
+                                       (declared ? std::to_string(*declared) : "more than 2^64") +
+                                       " bytes of data, and it holds " + std::to_string(held));
     }
     return NpyArray{std::move(name), std::move(part), std::move(header)};
 }
@@ -130,7 +130,7 @@ Result<NpyArray> NpyArray::open(std::string name, ArrayBytes::Part part) {
 Result<std::vector<NpyArray>> openNpyArrays(const std::filesystem::path& file) {
     MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(file));
     if (source->compressed()) {
-        return Error{ErrorCode::unsupported, source->name(), "is a gzipped file; unpack it first (gunzip)"};
+        return unsupported(source->name(), "is a gzipped file; unpack it first (gunzip)");
     }
     std::string begin(4, '\0');
     MOTE_ASSIGN_OR_RETURN(const auto got, source->read(begin));

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include "preprocess/readers/text/number.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -47,8 +49,7 @@ std::optional<Layout> layoutOf(const NpyHeader& header, bool components) {
 }
 
 bool named(const NpyArray& array, std::string_view name) {
-    return std::equal(array.name.begin(), array.name.end(), name.begin(), name.end(),
-                      [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+    return lower(array.name) == name;
 }
 
 /// Puts the columns together, array by array.
@@ -65,7 +66,7 @@ class Builder {
         columns_.steps = steps_.value_or(1);
         columns_.rows = rows_.value_or(1);
         if (columns_.steps > maxSteps) {
-            return Error{ErrorCode::unsupported, file_, "has more than 100000 steps"};
+            return unsupported(file_, "has more than 100000 steps");
         }
         if (columns_.steps == 0) return corrupt(file_, "has no step");
         return takeStepNumbers();
@@ -119,9 +120,10 @@ class Builder {
         for (const NpyColumns::Item& item : columns_.items)
             plain = plain || item.name == "px" || item.name == "py";
         if (!relative || !plain) return success();
-        return Error{ErrorCode::unsupported, file_,
-                     "has momenta without a unit beside deviations from a reference particle, whose momentum "
-                     "is no array p0c (eV/c) of an archive; write that, or the momenta's unit"};
+        return unsupported(
+            file_,
+            "has momenta without a unit beside deviations from a reference particle, whose momentum "
+            "is no array p0c (eV/c) of an archive; write that, or the momenta's unit");
     }
 
     Status takeMass(double mass) {
@@ -152,8 +154,8 @@ class Builder {
         if (!isNumber(at(array))) return unreadable(where(array));
         const auto layout = layoutOf(at(array).header, false);
         if (!layout) {
-            return Error{ErrorCode::unsupported, where(array),
-                         "has more than two dimensions; a column is [particle] or [step, particle]"};
+            return unsupported(where(array),
+                               "has more than two dimensions; a column is [particle] or [step, particle]");
         }
         const bool time = named(at(array), "time");
         if (time) {
@@ -169,12 +171,13 @@ class Builder {
     Status addVector(std::size_t array) {
         const NpyHeader& header = at(array).header;
         if (header.shape.size() < 2 || header.shape.back() != vectorLength) {
-            return Error{ErrorCode::unsupported, where(array), "has not three numbers for each particle"};
+            return unsupported(where(array), "has not three numbers for each particle");
         }
         const auto layout = layoutOf(header, true);
         if (!layout) {
-            return Error{ErrorCode::unsupported, where(array),
-                         "has more than three dimensions; a vector is [particle, 3] or [step, particle, 3]"};
+            return unsupported(
+                where(array),
+                "has more than three dimensions; a vector is [particle, 3] or [step, particle, 3]");
         }
         if (!isNumber(at(array))) return unreadable(where(array));
         for (std::size_t i = 0; i < vectorLength; ++i) {
@@ -201,8 +204,8 @@ class Builder {
                 if (!meaning) continue;
                 if (type.kind == NpyField::other) return unreadable(place);
                 if (!layout) {
-                    return Error{ErrorCode::unsupported, where(array),
-                                 "is an array of named fields with more than two dimensions"};
+                    return unsupported(where(array),
+                                       "is an array of named fields with more than two dimensions");
                 }
                 NpyField one = type;
                 one.count = 1;
@@ -232,9 +235,10 @@ class Builder {
         const std::uint64_t count = header.shape.empty() ? 0 : header.shape.back();
         const auto layout = layoutOf(header, true);
         if (!layout || !layout->rows || (count != 3 && count != 6 && count != 7)) {
-            return Error{ErrorCode::unsupported, where(array),
-                         "is an array without names whose shape is not N x 3 (x, y, z), N x 6 (and px, py, "
-                         "pz) or N x 7 (and weight)"};
+            return unsupported(
+                where(array),
+                "is an array without names whose shape is not N x 3 (x, y, z), N x 6 (and px, py, "
+                "pz) or N x 7 (and weight)");
         }
         if (!isNumber(at(array))) return unreadable(where(array));
         columns_.unnamed = true;

@@ -131,8 +131,8 @@ Result<NpyField> parseType(const std::string& type, const std::string& where) {
     const bool sized = rest.size() > 1 && letters.find(rest[0]) != std::string_view::npos &&
                        std::from_chars(rest.data() + 1, rest.data() + rest.size(), size).ec == std::errc();
     if (!sized || size > maxItemBytes) {
-        return Error{ErrorCode::unsupported, where,
-                     "has elements of type '" + type.substr(0, 40) + "'; integers, f4 and f8 are read"};
+        return unsupported(where,
+                           "has elements of type '" + type.substr(0, 40) + "'; integers, f4 and f8 are read");
     }
     field.kind = NpyField::other;
     field.bytes = static_cast<std::size_t>(rest[0] == 'U' ? 4 * size : size);
@@ -156,7 +156,7 @@ Result<NpyField> parseField(const PythonLiteral& entry, const std::string& where
     const PythonLiteral* name = nameOf(entry.items[0]);
     if (name->kind != Kind::text) return corrupt(where, "has a type with a field without a name");
     if (entry.items[1].kind == Kind::sequence) {
-        return Error{ErrorCode::unsupported, where, "has fields within the field '" + name->text + "'"};
+        return unsupported(where, "has fields within the field '" + name->text + "'");
     }
     if (entry.items[1].kind != Kind::text) return corrupt(where, "has a type with a field without a type");
     auto field = parseType(entry.items[1].text, where);
@@ -226,7 +226,7 @@ Result<NpyHeader> NpyHeader::parse(std::span<const char> bytes, const std::strin
     }
     const std::uint64_t major = byte(6);
     if (major < 1 || major > 3) {
-        return Error{ErrorCode::unsupported, where, "is of .npy version " + std::to_string(major)};
+        return unsupported(where, "is of .npy version " + std::to_string(major));
     }
     const std::size_t begin = major == 1 ? 10 : 12;
     if (bytes.size() < begin) return corrupt(where, "is cut short");

@@ -8,30 +8,22 @@
 #include <set>
 #include <vector>
 
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/npy/npy_columns.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/npy/npz_tables.h"
+#include "preprocess/readers/npy/zip_directory.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 #include "preprocess/readers/table/table_quantity.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 namespace {
 
-class NpySource : public ParticleSource {
+class NpySource : public SeriesSource {
   public:
-    NpySource(std::string format, double mass) : format_(std::move(format)), mass_(mass) {}
-    Status addFile(const std::filesystem::path& path);
-    /// Puts the steps in order, once all files are there.
-    void finish(Progress& progress);
-    void noteUnits(Progress& progress) const;
+    NpySource(std::string format, double mass, Progress& progress)
+        : SeriesSource(std::move(format), progress), mass_(mass) {}
 
-    std::string format() const override { return format_; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override {
-        return std::all_of(files_.begin(), files_.end(),
-                           [&](const NpyColumns& file) { return file.find(column) != nullptr; });
-    }
     double mass() const override { return files_.front().mass; }
     std::string weightUnit() const override {
         const bool charges = std::all_of(files_.begin(), files_.end(), [](const NpyColumns& file) {
@@ -40,25 +32,32 @@ class NpySource : public ParticleSource {
         });
         return charges ? "C" : "";
     }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override;
+    Status finish() override;
+    bool hasEverywhere(Column column) const override {
+        return std::all_of(files_.begin(), files_.end(),
+                           [&](const NpyColumns& file) { return file.find(column) != nullptr; });
+    }
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
+    void noteUnits() const;
+
     struct Place {
         std::size_t file = 0;
         std::uint64_t step = 0;
     };
 
-    Status readColumn(const Place& place, std::uint64_t begin, Column column, ParticleChunk& chunk);
+    Status readColumn(const Place& place, Column column, ParticleChunk& chunk);
     Status readLost(const Place& place, std::uint64_t begin, std::vector<std::uint8_t>& lost);
     template <class Value>
     Status readItem(const Place& place, const NpyColumns::Item& item, std::uint64_t begin,
                     std::span<Value> values);
 
-    std::string format_;
     double mass_;
     bool numbered_ = true;  // every file says its iterations
-    std::vector<SourceStep> steps_;
     std::vector<Place> places_;
     std::vector<NpyColumns> files_;
     std::size_t open_ = 0;                           // the file of readers_
@@ -83,34 +82,23 @@ Status NpySource::addFile(const std::filesystem::path& path) {
     return success();
 }
 
-void NpySource::finish(Progress& progress) {
+Status NpySource::finish() {
     const auto is = [&](auto what) { return std::any_of(files_.begin(), files_.end(), what); };
     if (is([](const NpyColumns& file) { return file.unnamed; })) {
-        progress.note(
+        progress_.note(
             "an array without field names is taken as x, y, z [m], and px, py, pz [eV/c] and a weight where "
             "it has so many columns");
     }
-    noteUnits(progress);
+    noteUnits();
     if (is([&](const NpyColumns& file) { return file.mass != files_.front().mass; })) {
-        progress.note("the files' masses differ: that of the first one is taken");
+        progress_.note("the files' masses differ: that of the first one is taken");
     }
-    if (!numbered_) return;
-    std::vector<std::size_t> order(steps_.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return steps_[a].iteration < steps_[b].iteration; });
-    std::vector<SourceStep> steps;
-    std::vector<Place> places;
-    for (const std::size_t i : order) {
-        steps.push_back(std::move(steps_[i]));
-        places.push_back(places_[i]);
-    }
-    steps_ = std::move(steps);
-    places_ = std::move(places);
+    if (numbered_) sortByIteration(places_);
+    return success();
 }
 
 /// Says which units are assumed.
-void NpySource::noteUnits(Progress& progress) const {
+void NpySource::noteUnits() const {
     std::map<std::string, std::set<std::string>> byUnit;
     for (const NpyColumns& file : files_) {
         for (const NpyColumns::Item& item : file.items) {
@@ -126,22 +114,17 @@ void NpySource::noteUnits(Progress& progress) const {
     for (const auto& [unit, names] : byUnit) {
         std::string all;
         for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-        progress.note("no unit is given for " + all + ": taken as " + unit);
+        progress_.note("no unit is given for " + all + ": taken as " + unit);
     }
 }
 
-Status NpySource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                       const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+Status NpySource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     const Place& place = places_[step];
     if (open_ != place.file) readers_.clear();
     open_ = place.file;
     readers_.resize(files_[place.file].items.size());
-    chunk.begin = begin;
-    chunk.size = count;
-    for (const Column column : wanted) MOTE_RETURN_IF_ERROR(readColumn(place, begin, column, chunk));
-    chunk.lost.assign(count, 0);
-    return readLost(place, begin, chunk.lost);
+    for (const Column column : wanted) MOTE_RETURN_IF_ERROR(readColumn(place, column, chunk));
+    return readLost(place, chunk.begin, chunk.lost);
 }
 
 /// Every item has a reader of its own, so that each goes through its bytes once.
@@ -158,21 +141,11 @@ Status NpySource::readItem(const Place& place, const NpyColumns::Item& item, std
     return reader->read(place.step, begin, lastStep && begin + values.size() == file.rows, values);
 }
 
-Status NpySource::readColumn(const Place& place, std::uint64_t begin, Column column, ParticleChunk& chunk) {
+Status NpySource::readColumn(const Place& place, Column column, ParticleChunk& chunk) {
     const NpyColumns::Item* item = files_[place.file].find(column);
-    if (column == Column::id) {
-        chunk.id.resize(chunk.size);
-        if (item != nullptr) return readItem(place, *item, begin, std::span(chunk.id));
-        for (std::size_t i = 0; i < chunk.size; ++i) chunk.id[i] = begin + i;
-        return success();
-    }
-    chunk[column].assign(chunk.size, 1.0);
-    if (item == nullptr && column == Column::weight) return success();
-    if (item == nullptr) {
-        return Error{ErrorCode::invalidArgument, files_[place.file].arrays.front().part.where,
-                     "has not all columns that were asked for"};
-    }
-    MOTE_RETURN_IF_ERROR(readItem(place, *item, begin, std::span(chunk[column])));
+    if (item == nullptr) return success();
+    if (column == Column::id) return readItem(place, *item, chunk.begin, std::span(chunk.id));
+    MOTE_RETURN_IF_ERROR(readItem(place, *item, chunk.begin, std::span(chunk[column])));
     for (double& value : chunk[column]) {
         value *= item->meaning.factor;
         if (column == Column::weight) value = std::abs(value);
@@ -191,21 +164,23 @@ Status NpySource::readLost(const Place& place, std::uint64_t begin, std::vector<
     return success();
 }
 
+Result<std::unique_ptr<ParticleSource>> openNpy(const char* format, const AskedRun& run, Progress& progress) {
+    return openSeries(std::make_unique<NpySource>(format, run.mass, progress), inOrder(run.files));
+}
+
 }  // namespace
 
-Result<std::unique_ptr<ParticleSource>> openNpy(std::string format,
-                                                const std::vector<std::filesystem::path>& files, double mass,
-                                                Progress& progress) {
-    auto source = std::make_unique<NpySource>(std::move(format), mass);
-    OddSteps odd;
-    for (const std::filesystem::path& file : inOrder(files)) {
-        if (progress.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
-    source->finish(progress);
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader npyReader;
+constinit const ParticleReader npyReader{
+    "npy", "NumPy's mark of one array", ParticleReader::Kind::bytes,
+    [](const AskedFile& file) -> Result<bool> { return file.begin.starts_with("\x93NUMPY"); },
+    [](const AskedRun& run, Progress& progress) { return openNpy("npy", run, progress); }};
+extern const ParticleReader npzReader;
+constinit const ParticleReader npzReader{
+    "npz", "an archive of NumPy's arrays", ParticleReader::Kind::bytes,
+    [](const AskedFile& file) -> Result<bool> { return looksLikeZip(file.begin); },
+    [](const AskedRun& run, Progress& progress) {
+        return isScaledNpz(run.files.front()) ? openScaledNpz(run, progress) : openNpy("npz", run, progress);
+    }};
 
 }  // namespace mote::prep

@@ -63,7 +63,7 @@ Result<std::optional<Place>> zip64Place(ByteSource& archive, std::uint64_t endOf
         return corrupt(archive.name(), "is a zip archive whose zip64 record is damaged");
     }
     if (load32(record, 16) != 0 || load32(record, 20) != 0) {
-        return Error{ErrorCode::unsupported, archive.name(), "is one part of a split zip archive"};
+        return unsupported(archive.name(), "is one part of a split zip archive");
     }
     return std::optional(Place{load64(record, 48), load64(record, 40), load64(record, 32), offset});
 }
@@ -79,7 +79,7 @@ Result<Place> findDirectory(ByteSource& archive) {
         MOTE_ASSIGN_OR_RETURN(const auto wide, zip64Place(archive, endOffset));
         if (wide) return *wide;
         if (load16(tail, at + 4) != 0 || load16(tail, at + 6) != 0) {
-            return Error{ErrorCode::unsupported, archive.name(), "is one part of a split zip archive"};
+            return unsupported(archive.name(), "is one part of a split zip archive");
         }
         return Place{load32(tail, at + 16), load32(tail, at + 12), load16(tail, at + 10), endOffset};
     }
@@ -148,10 +148,10 @@ Result<ZipEntry> takeEntry(ByteSource& archive, std::string_view& directory, std
     entry.name = directory.substr(entryBytes, nameBytes);
     const std::string where = archive.name() + ": " + entry.name;
     const std::uint16_t flags = load16(directory, 8), method = load16(directory, 10);
-    if ((flags & encryptedFlag) != 0) return Error{ErrorCode::unsupported, where, "is encrypted"};
+    if ((flags & encryptedFlag) != 0) return unsupported(where, "is encrypted");
     if (method != stored && method != deflated) {
-        return Error{ErrorCode::unsupported, where,
-                     "is packed by method " + std::to_string(method) + "; stored and deflated ones are read"};
+        return unsupported(
+            where, "is packed by method " + std::to_string(method) + "; stored and deflated ones are read");
     }
     entry.deflated = method == deflated;
     entry.checksum = load32(directory, 16);

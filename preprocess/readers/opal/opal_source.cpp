@@ -7,20 +7,16 @@
 #include <cmath>
 #include <optional>
 
-#include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/table/held_source.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
 #include "preprocess/readers/unit_names.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
 
 constexpr std::size_t columns = 6, longitudinal = 4, opalMaxFields = 16;
-constexpr std::uint64_t linesPerQuestion = 1u << 16;
 // Of no beam that OPAL is used for: 5 TeV electrons. What is greater is in eV.
 constexpr double greatestBetaGamma = 1e7;
 // A bunch is longer than that in m, and its emission shorter in s.
@@ -91,15 +87,17 @@ class OpalParser {
                                              std::to_string(rows));
         }
         if (!declared_ && !names_) {
-            return Error{ErrorCode::unsupported, table_.where,
-                         "is no distribution of OPAL: it neither begins with the number of its rows nor "
-                         "names x, px, y, py, z, pz"};
+            return unsupported(
+                table_.where,
+                "is no distribution of OPAL: it neither begins with the number of its rows nor "
+                "names x, px, y, py, z, pz");
         }
         for (const std::size_t i : {std::size_t{1}, std::size_t{3}, std::size_t{5}}) {
             if (greatest(i) <= greatestBetaGamma) continue;
-            return Error{ErrorCode::unsupported, table_.where,
-                         "has momenta beyond 1e7, which are no beta gamma; say what they are with --map "
-                         "(x=1 [m],px=2 [eV/c],y=3 [m],py=4 [eV/c],z=5 [m],pz=6 [eV/c])"};
+            return unsupported(
+                table_.where,
+                "has momenta beyond 1e7, which are no beta gamma; say what they are with --map "
+                "(x=1 [m],px=2 [eV/c],y=3 [m],py=4 [eV/c],z=5 [m],pz=6 [eV/c])");
         }
         name();
         return success();
@@ -118,10 +116,7 @@ class OpalParser {
         MOTE_RETURN_IF_ERROR(held_.add(columns, where));
         for (std::size_t i = 0; i < columns; ++i) {
             const auto value = parseNumber(fields_[i]);
-            if (!value) {
-                return corrupt(where + ", column " + std::to_string(i + 1),
-                               "'" + std::string(fields_[i].substr(0, 40)) + "' is not a number");
-            }
+            if (!value) return noNumber(fields_[i], where, std::to_string(i + 1));
             table_.values[i].push_back(*value);
         }
         return success();
@@ -150,52 +145,47 @@ class OpalParser {
     bool names_ = false, emitted_ = false;
 };
 
-Result<HeldTable> readFile(const std::filesystem::path& path, HeldNumbers& held, Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
+Result<HeldTable> tableOfOpal(const HeldFile& file) {
     HeldTable table;
-    table.where = reader.name();
-    OpalParser parser(table, held);
-    for (std::string_view line;;) {
-        if (reader.lineNumber() % linesPerQuestion == 0 && progress.cancelled()) return cancelledError();
-        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
-        if (!more) break;
-        MOTE_RETURN_IF_ERROR(
-            parser.line(line, reader.name() + ": line " + std::to_string(reader.lineNumber())));
-    }
+    table.where = file.name();
+    OpalParser parser(table, file.held);
+    MOTE_RETURN_IF_ERROR(
+        eachLine(file.path, file.progress,
+                 [&](std::string_view line, const std::string& where) { return parser.line(line, where); }));
     MOTE_RETURN_IF_ERROR(parser.finish());
+    table.setMass(file.mass, "the file names");
     return table;
 }
 
-}  // namespace
+Result<std::unique_ptr<ParticleSource>> openOpal(const AskedRun& run, Progress& progress) {
+    return openHeld("opal", tableOfOpal, run, progress);
+}
 
-bool looksLikeOpal(std::string_view begin) {
-    const std::string_view first = trim(begin.substr(0, begin.find('\n')));
+/// A text that begins as one with names: what has none is a table of numbers like others.
+Result<bool> tellsOpal(const AskedFile& file) {
+    const std::size_t end = file.begin.find('\n');
+    const std::string_view first = trim(file.begin.substr(0, end));
     if (isDumpHead(first)) return true;
-    const std::size_t end = begin.find('\n');
     if (!parseId(first) || end == std::string_view::npos) return false;
-    const std::string_view second = begin.substr(end + 1);
+    const std::string_view second = file.begin.substr(end + 1);
     OpalFields fields;
     const std::size_t count = splitFields(trim(second.substr(0, second.find('\n'))), ' ', fields);
     return isNames(fields, count);
 }
 
-Result<std::unique_ptr<ParticleSource>> openOpal(const std::vector<std::filesystem::path>& paths, double mass,
-                                                 Progress& progress) {
-    std::vector<HeldTable> tables;
-    HeldNumbers held;
-    OddSteps odd;
-    for (const std::filesystem::path& path : inOrder(paths)) {
-        auto table = readFile(path, held, progress);
-        MOTE_RETURN_IF_ERROR(odd.add(table.ok() ? success() : Status(table.error())));
-        if (!table.ok()) continue;
-        if (paths.size() > 1) table->iteration = fileNumber(path);
-        table->constants = {{TableQuantity::mass, mass > 0.0 ? mass : electronMass}};
-        if (!(mass > 0.0))
-            table->notes.emplace_back("the file names no mass: the particles are taken for electrons");
-        tables.push_back(std::move(*table));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!tables.empty(), progress));
-    return holdTables("opal", std::move(tables), mass, progress);
+/// OPAL's and IMPACT-T's look alike, and mean the same but for the fifth column and the charge.
+Result<bool> tellsOpalRows(const AskedFile& file) {
+    return file.shape.numbers && file.shape.columns == columns && file.shape.declared.has_value();
 }
+
+constexpr std::string_view opalTold = "its first line the number of rows of six numbers";
+
+}  // namespace
+
+extern const ParticleReader opalReader;
+constinit const ParticleReader opalReader{"opal", opalTold, ParticleReader::Kind::text, tellsOpal, openOpal};
+extern const ParticleReader opalRowsReader;
+constinit const ParticleReader opalRowsReader{"opal", opalTold, ParticleReader::Kind::rows, tellsOpalRows,
+                                              openOpal};
 
 }  // namespace mote::prep

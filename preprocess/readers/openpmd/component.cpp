@@ -48,7 +48,7 @@ Status OpenpmdComponent::readMeaning(const H5Object& record, const H5Object& com
                                      bool scalesWithWeight) {
     MOTE_ASSIGN_OR_RETURN(const auto unit, nearest(component, record, "unitSI"));
     unitSI_ = unit.value_or(1.0);
-    if (!std::isfinite(unitSI_)) return Error{ErrorCode::corrupt, where_ + "@unitSI", "is no finite number"};
+    if (!std::isfinite(unitSI_)) return corrupt(where_ + "@unitSI", "is no finite number");
     auto dimension = numbersAttribute(component, "unitDimension");
     if (dimension && !dimension->has_value()) dimension = numbersAttribute(record, "unitDimension");
     if (!dimension) return dimension.error();
@@ -63,8 +63,7 @@ Status OpenpmdComponent::readMeaning(const H5Object& record, const H5Object& com
 Status OpenpmdComponent::readConstant(const H5Object& object) {
     MOTE_ASSIGN_OR_RETURN(const auto value, numberAttribute(object, "value"));
     if (!value.has_value()) {
-        return Error{ErrorCode::notFound, where_,
-                     "is neither a dataset nor a constant with the attribute 'value'"};
+        return notFound(where_, "is neither a dataset nor a constant with the attribute 'value'");
     }
     value_ = *value;
     MOTE_ASSIGN_OR_RETURN(const auto shape, numbersAttribute(object, "shape"));
@@ -72,7 +71,7 @@ Status OpenpmdComponent::readConstant(const H5Object& object) {
     double rows = 1.0;
     for (const double length : *shape) rows *= length;
     if (!(rows >= 0.0 && rows <= maxRows && rows == std::floor(rows))) {
-        return Error{ErrorCode::corrupt, where_ + "@shape", "is no possible number of particles"};
+        return corrupt(where_ + "@shape", "is no possible number of particles");
     }
     rows_ = static_cast<std::uint64_t>(rows);
     return success();
@@ -113,13 +112,12 @@ Result<std::optional<ReferenceParticle>> ReferenceParticle::open(const H5Object&
         return std::optional<ReferenceParticle>(reference);
     }
     if (!(reference.gamma >= 1.0) || !std::isfinite(reference.gamma)) {
-        return Error{ErrorCode::corrupt, species.where + "@gamma_ref",
-                     "the reference particle needs a gamma of at least 1"};
+        return corrupt(species.where + "@gamma_ref", "the reference particle needs a gamma of at least 1");
     }
     reference.betaGamma = std::sqrt((reference.gamma - 1.0) * (reference.gamma + 1.0));
     reference.mass = mass.value_or(0.0) * massInEv;
     if (!(reference.mass >= 0.0) || !std::isfinite(reference.mass)) {
-        return Error{ErrorCode::corrupt, species.where + "@mass_ref", "is no possible mass"};
+        return corrupt(species.where + "@mass_ref", "is no possible mass");
     }
     return std::optional<ReferenceParticle>(reference);
 }

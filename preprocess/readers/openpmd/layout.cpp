@@ -143,7 +143,7 @@ Result<OpenpmdLayout> bareLayout(const H5File& file) {
         layout.iterations.push_back({number.value_or(0), group, true});
         layout.bare.push_back({name, group});
     }
-    if (groups.empty()) return Error{ErrorCode::notFound, file.name(), "holds no openPMD particles"};
+    if (groups.empty()) return notFound(file.name(), "holds no openPMD particles");
     std::stable_sort(layout.iterations.begin(), layout.iterations.end(),
                      [](const auto& a, const auto& b) { return a.number < b.number; });
     if (numbered && folders.size() == 1) {
@@ -210,8 +210,8 @@ Result<OpenpmdLayout> readOpenpmdLayout(const H5File& file) {
     MOTE_ASSIGN_OR_RETURN(const auto version, textAttribute(file.root(), "openPMD"));
     layout.version = version.value_or("1.0.0");
     if (!layout.version.starts_with("1.") && !layout.version.starts_with("2.")) {
-        return Error{ErrorCode::unsupported, file.name(),
-                     "is of openPMD version '" + layout.version + "'; versions 1.0 to 2.0 are read"};
+        return unsupported(file.name(),
+                           "is of openPMD version '" + layout.version + "'; versions 1.0 to 2.0 are read");
     }
     MOTE_ASSIGN_OR_RETURN(const auto base, textAttribute(file.root(), "basePath"));
     const std::string basePath = base.value_or("/data/%T/");
@@ -229,7 +229,7 @@ Result<OpenpmdLayout> readOpenpmdLayout(const H5File& file) {
         if (group.has_value()) layout.iterations.push_back({0, join("/", inner(basePath)), false});
     }
     if (layout.iterations.empty()) {
-        return Error{ErrorCode::notFound, file.name() + ":" + basePath, "the file has no iterations there"};
+        return notFound(file.name() + ":" + basePath, "the file has no iterations there");
     }
     return layout;
 }

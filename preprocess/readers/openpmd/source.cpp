@@ -1,68 +1,59 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/particle_formats.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_attribute.h"
-#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/openpmd/species.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
 
 /// Where a step's particles lie. An iteration without the species is an empty step.
-struct Place {
+struct OpenpmdPlace {
     std::filesystem::path file;
     std::string root;  ///< the group in the file that is the root of openPMD
     std::string iteration;
     std::optional<std::string> species;
 };
 
-class OpenpmdSource : public ParticleSource {
+class OpenpmdSource : public SeriesSource {
   public:
     OpenpmdSource(std::string species, double mass, Progress& progress)
-        : wantedSpecies_(std::move(species)), wantedMass_(mass), progress_(progress) {}
+        : SeriesSource("openpmd", progress), wantedSpecies_(std::move(species)), wantedMass_(mass) {}
 
-    Status addFile(const std::filesystem::path& path);
-    Status finish();
-    OddSteps& odd() { return odd_; }
-
-    std::string format() const override { return "openpmd"; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override { return has_[static_cast<std::size_t>(column)]; }
     double mass() const override { return mass_; }
     std::string species() const override { return species_; }
     double particleCharge() const override { return particleCharge_; }
     std::string weightUnit() const override { return weightUnit_; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override;
+    bool anyRead() const override { return anySpecies_; }
+    Status finish() override;
+    bool hasEverywhere(Column column) const override {
+        const auto i = static_cast<std::size_t>(column);
+        return found_[i] && !absentSomewhere_[i];
+    }
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
-    Status addIteration(const H5File& file, Place place, const OpenpmdLayout& layout,
+    Status addIteration(const H5File& file, OpenpmdPlace place, const OpenpmdLayout& layout,
                         const OpenpmdIteration& iteration);
     Result<std::optional<std::string>> choose(const H5File& file, const OpenpmdIteration& iteration,
                                               const std::vector<OpenpmdSpeciesPath>& all);
     void addSpecies(const OpenpmdSpecies& species, SourceStep& step);
     void addWeightUnit(const std::string& unit);
-    void noteOnce(const std::string& sentence) {
-        if (noted_.insert(sentence).second) progress_.note(sentence);
-    }
     Status openStep(std::size_t step);
 
     std::string wantedSpecies_;
     double wantedMass_;
-    Progress& progress_;
-    std::set<std::string> noted_;
-    OddSteps odd_;
     std::optional<Error> absent_;  ///< of the first iteration without the species
-    std::vector<SourceStep> steps_;
-    std::vector<Place> places_;
-    bool has_[columnCount] = {}, found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
+    std::vector<OpenpmdPlace> places_;
+    bool found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
     double mass_ = 0.0, particleCharge_ = 0.0;
     std::string species_;
@@ -81,14 +72,13 @@ Status OpenpmdSource::addFile(const std::filesystem::path& path) {
     }
     MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
     for (const OpenpmdIteration& iteration : layout.iterations) {
-        if (progress_.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(odd_.add(addIteration(file, {path, root, "", {}}, layout, iteration)));
+        if (progress_.cancelled()) return wasCancelled("cancelled while the steps were listed");
+        MOTE_RETURN_IF_ERROR(leaveOut(addIteration(file, {path, root, "", {}}, layout, iteration)));
     }
     return success();
 }
 
-Status OpenpmdSource::addIteration(const H5File& file, Place place, const OpenpmdLayout& layout,
+Status OpenpmdSource::addIteration(const H5File& file, OpenpmdPlace place, const OpenpmdLayout& layout,
                                    const OpenpmdIteration& iteration) {
     MOTE_ASSIGN_OR_RETURN(const auto all, listSpecies(file, layout, iteration));
     MOTE_ASSIGN_OR_RETURN(auto chosen, choose(file, iteration, all));
@@ -118,9 +108,9 @@ Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
         MOTE_ASSIGN_OR_RETURN(const auto group, file.require(file.root(), all[0].path));
         MOTE_ASSIGN_OR_RETURN(const auto type, textAttribute(group, "speciesType"));
         if (type.value_or("") == wantedSpecies_) return {all[0].path};
-        return Error{ErrorCode::notFound, group.where,
-                     "holds no species '" + wantedSpecies_ + "' but one without a name" +
-                         (type ? " of type '" + *type + "'" : std::string()) + "; leave --species out"};
+        return notFound(group.where, "holds no species '" + wantedSpecies_ + "' but one without a name" +
+                                         (type ? " of type '" + *type + "'" : std::string()) +
+                                         "; leave --species out");
     }
     std::string names;
     for (const OpenpmdSpeciesPath& species : all) {
@@ -129,12 +119,11 @@ Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
     }
     const std::string where = file.name() + ":" + iteration.path;
     if (wantedSpecies_.empty()) {
-        return Error{ErrorCode::invalidArgument, where,
-                     "holds several species; choose one with --species: " + names};
+        return invalid(where, "holds several species; choose one with --species: " + names);
     }
     // It may begin in a later iteration.
     if (!absent_) {
-        absent_ = Error{ErrorCode::notFound, where, "holds no species '" + wantedSpecies_ + "' but " + names};
+        absent_ = notFound(where, "holds no species '" + wantedSpecies_ + "' but " + names);
     }
     return std::optional<std::string>();
 }
@@ -166,7 +155,6 @@ void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) 
         const auto column = static_cast<Column>(i);
         found_[i] = found_[i] || species.has(column);
         absentSomewhere_[i] = absentSomewhere_[i] || (!species.has(column) && !species.broken(column));
-        has_[i] = found_[i] && !absentSomewhere_[i];
     }
     if (step.particles > 0) anyParticles_ = true;
 }
@@ -181,27 +169,15 @@ void OpenpmdSource::addWeightUnit(const std::string& unit) {
 
 Status OpenpmdSource::finish() {
     if (!anySpecies_) {
-        MOTE_RETURN_IF_ERROR(odd_.finish(false, progress_));
         if (absent_) return *absent_;
-        return Error{ErrorCode::notFound, steps_.empty() ? "" : steps_.front().file,
-                     "no iteration holds particles (a group with the record 'position' or 'momentum')"};
+        return notFound(steps_.empty() ? "" : steps_.front().file,
+                        "no iteration holds particles (a group with the record 'position' or 'momentum')");
     }
-    MOTE_RETURN_IF_ERROR(odd_.finish(true, progress_));
-    std::vector<std::size_t> order(steps_.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return steps_[a].iteration < steps_[b].iteration; });
-    std::vector<SourceStep> steps;
-    std::vector<Place> places;
-    for (const std::size_t i : order) {
-        if (!steps.empty() && steps.back().iteration == steps_[i].iteration) {
-            noteOnce("several files hold the same iteration; their steps stand in the order of the files");
-        }
-        steps.push_back(std::move(steps_[i]));
-        places.push_back(std::move(places_[i]));
+    sortByIteration(places_);
+    for (std::size_t i = 1; i < steps_.size(); ++i) {
+        if (steps_[i].iteration != steps_[i - 1].iteration) continue;
+        noteOnce("several files hold the same iteration; their steps stand in the order of the files");
     }
-    steps_ = std::move(steps);
-    places_ = std::move(places);
     return success();
 }
 
@@ -209,14 +185,14 @@ Status OpenpmdSource::openStep(std::size_t step) {
     if (openStep_ == step) return success();
     openStep_ = static_cast<std::size_t>(-1);
     open_.reset();
-    const Place& place = places_[step];
+    const OpenpmdPlace& place = places_[step];
     if (place.species) {
         MOTE_ASSIGN_OR_RETURN(auto file, H5File::open(place.file));
         if (!place.root.empty()) MOTE_RETURN_IF_ERROR(file.enter(place.root));
         MOTE_ASSIGN_OR_RETURN(auto species,
                               OpenpmdSpecies::open(file, *place.species, place.iteration, wantedMass_));
         if (species.rows() != steps_[step].particles) {
-            return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
+            return corrupt(steps_[step].file, "has changed since it was opened");
         }
         open_ = std::move(species);
     }
@@ -224,27 +200,26 @@ Status OpenpmdSource::openStep(std::size_t step) {
     return success();
 }
 
-Status OpenpmdSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                           const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+Status OpenpmdSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     MOTE_RETURN_IF_ERROR(openStep(step));
-    if (open_) return open_->read(begin, count, wanted, chunk);
-    chunk = ParticleChunk();
-    chunk.begin = begin;
-    return success();
+    return open_ ? open_->read(wanted, chunk) : success();
 }
+
+Result<std::unique_ptr<ParticleSource>> openOpenpmd(const AskedRun& run, Progress& progress) {
+    return openSeries(std::make_unique<OpenpmdSource>(run.job.species(), run.mass, progress), run.files);
+}
+
+constexpr std::string_view openpmdTold = "HDF5 with openPMD's attributes or records";
 
 }  // namespace
 
-Result<std::unique_ptr<ParticleSource>> openOpenpmd(const std::vector<std::filesystem::path>& files,
-                                                    const std::string& species, double mass,
-                                                    Progress& progress) {
-    auto source = std::make_unique<OpenpmdSource>(species, mass, progress);
-    for (const std::filesystem::path& file : files) {
-        MOTE_RETURN_IF_ERROR(source->odd().add(source->addFile(file)));
-    }
-    MOTE_RETURN_IF_ERROR(source->finish());
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader openpmdReader;
+constinit const ParticleReader openpmdReader{
+    "openpmd", openpmdTold, ParticleReader::Kind::hdf5,
+    [](const AskedFile& file) -> Result<bool> { return looksLikeOpenpmd(*file.hdf5); }, openOpenpmd};
+extern const ParticleReader openpmdBelowReader;
+constinit const ParticleReader openpmdBelowReader{
+    "openpmd", openpmdTold, ParticleReader::Kind::hdf5,
+    [](const AskedFile& file) -> Result<bool> { return holdsOpenpmd(*file.hdf5); }, openOpenpmd};
 
 }  // namespace mote::prep

@@ -95,8 +95,8 @@ Status OpenpmdSpecies::checkMomentumUnits() const {
         if (!quantity.value || !quantity.value->unitDimension()) continue;
         const auto& powers = *quantity.value->unitDimension();
         if (powers.size() < 3 || (powers[0] == 1.0 && powers[1] == 1.0 && powers[2] == -1.0)) continue;
-        return Error{ErrorCode::unsupported, quantity.value->where() + "@unitDimension",
-                     "is not that of a momentum (1, 1, -1)"};
+        return unsupported(quantity.value->where() + "@unitDimension",
+                           "is not that of a momentum (1, 1, -1)");
     }
     return success();
 }
@@ -127,25 +127,14 @@ bool OpenpmdSpecies::has(Column column) const {
     return false;
 }
 
-Status OpenpmdSpecies::read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                            ParticleChunk& chunk) {
-    chunk.begin = begin;
-    chunk.size = count;
+Status OpenpmdSpecies::read(const std::vector<Column>& wanted, ParticleChunk& chunk) {
     for (const Column column : wanted) {
-        if (column == Column::id) {
-            chunk.id.resize(count);
-            if (id_) {
-                MOTE_RETURN_IF_ERROR(id_->readIntegers(begin, chunk.id));
-            } else {
-                for (std::size_t i = 0; i < count; ++i) chunk.id[i] = begin + i;
-            }
-            continue;
-        }
-        chunk[column].resize(count);
-        MOTE_RETURN_IF_ERROR(readColumn(column, begin, chunk[column]));
+        if (column != Column::id)
+            MOTE_RETURN_IF_ERROR(readColumn(column, chunk.begin, chunk[column]));
+        else if (id_)
+            MOTE_RETURN_IF_ERROR(id_->readIntegers(chunk.begin, chunk.id));
     }
-    chunk.lost.assign(count, 0);
-    return readLost(begin, chunk.lost);
+    return readLost(chunk.begin, chunk.lost);
 }
 
 Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vector<double>& values) {
@@ -154,9 +143,7 @@ Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vecto
         std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
         return success();
     }
-    if (!has(column)) {
-        return Error{ErrorCode::invalidArgument, "", "a column that the run does not have was asked for"};
-    }
+    if (!has(column)) return corrupt("", "has changed since it was opened");
     if (reference_) return readReferenceColumn(column, begin, values);
     const auto axis = static_cast<std::size_t>(column);
     if (column == Column::t) return readQuantity(timeRecord_, begin, values);
@@ -181,8 +168,7 @@ Status OpenpmdSpecies::readMomentum(const Quantity& quantity, std::uint64_t begi
     const double power = quantity.value->weightingPower();
     if (power != 0.0) {
         if (!weighting_)
-            return Error{ErrorCode::notFound, quantity.value->where(),
-                         "is of macro-particles, but 'weighting' is missing"};
+            return notFound(quantity.value->where(), "is of macro-particles, but 'weighting' is missing");
         scratch_.resize(values.size());
         MOTE_RETURN_IF_ERROR(weighting_->read(begin, scratch_));
         for (std::size_t i = 0; i < values.size(); ++i) {

@@ -38,9 +38,8 @@ class OpenpmdSpecies {
     std::optional<double> time() const { return time_; }  ///< s, of the iteration
     const std::vector<std::string>& notes() const { return notes_; }
 
-    /// As ParticleSource::read.
-    Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk);
+    /// As SeriesSource::readRows.
+    Status read(const std::vector<Column>& wanted, ParticleChunk& chunk);
 
   private:
     struct Quantity {

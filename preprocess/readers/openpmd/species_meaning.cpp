@@ -30,8 +30,7 @@ Result<double> OpenpmdSpecies::ofFirst(const std::optional<OpenpmdComponent>& re
         MOTE_RETURN_IF_ERROR(record->read(row, {&ends[i], 1}));
         if (record->weightingPower() != 0.0) {
             if (!weighting_) {
-                return Error{ErrorCode::notFound, record->where(),
-                             "is of macro-particles, but 'weighting' is missing"};
+                return notFound(record->where(), "is of macro-particles, but 'weighting' is missing");
             }
             MOTE_RETURN_IF_ERROR(weighting_->read(row, {&weighting, 1}));
         }

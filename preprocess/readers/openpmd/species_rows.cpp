@@ -117,8 +117,8 @@ Status OpenpmdSpecies::takeConstantRows(const std::vector<Member>& all) {
     if (longest == nullptr) return success();
     rows_ = *longest->rows();
     if (rows_ <= maxConstantRows) return success();
-    return Error{ErrorCode::corrupt, longest->where(),
-                 "declares " + std::to_string(rows_) + " particles, but every record is a constant"};
+    return corrupt(longest->where(),
+                   "declares " + std::to_string(rows_) + " particles, but every record is a constant");
 }
 
 }  // namespace mote::prep

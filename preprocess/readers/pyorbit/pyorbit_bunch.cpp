@@ -7,12 +7,12 @@
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
 #include "preprocess/readers/unit_names.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
 
 constexpr std::size_t coordinates = 6, pyorbitMaxFields = 64;
-constexpr std::uint64_t linesPerQuestion = 1u << 16;
 
 using PyorbitFields = std::array<std::string_view, pyorbitMaxFields>;
 
@@ -25,9 +25,9 @@ std::size_t sizeOf(const std::string& attribute) {
     return one ? 1 : 0;
 }
 
-class Parser {
+class PyorbitParser {
   public:
-    Parser(PyorbitBunch& bunch, HeldNumbers& held) : bunch_(bunch), held_(held) {}
+    PyorbitParser(PyorbitBunch& bunch, HeldNumbers& held) : bunch_(bunch), held_(held) {}
 
     Status line(std::string_view text, const std::string& where) {
         text = trim(text);
@@ -84,18 +84,15 @@ class Parser {
         auto& values = bunch_.values;
         if (values.empty() && count >= coordinates && count <= pyorbitMaxFields) values.resize(count);
         if (count != values.size()) {
-            return Error{ErrorCode::corrupt, where,
-                         "has " + std::to_string(count) + " fields where " +
-                             (values.empty() ? "6 to 64 belong"
-                                             : "the first row has " + std::to_string(values.size()))};
+            return corrupt(where,
+                           "has " + std::to_string(count) + " fields where " +
+                               (values.empty() ? "6 to 64 belong"
+                                               : "the first row has " + std::to_string(values.size())));
         }
         MOTE_RETURN_IF_ERROR(held_.add(count, where));
         for (std::size_t i = 0; i < count; ++i) {
             const auto value = parseNumber(fields_[i]);
-            if (!value) {
-                return Error{ErrorCode::corrupt, where + ", column " + std::to_string(i + 1),
-                             "'" + std::string(fields_[i].substr(0, 40)) + "' is not a number"};
-            }
+            if (!value) return noNumber(fields_[i], where, std::to_string(i + 1));
             values[i].push_back(*value);
         }
         return success();
@@ -108,19 +105,13 @@ class Parser {
 
 }  // namespace
 
-Result<PyorbitBunch> PyorbitBunch::read(const std::filesystem::path& path, HeldNumbers& held,
-                                        Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
+Result<PyorbitBunch> PyorbitBunch::read(const HeldFile& file) {
     PyorbitBunch bunch;
-    bunch.name = reader.name();
-    Parser parser(bunch, held);
-    for (std::string_view line;;) {
-        if (reader.lineNumber() % linesPerQuestion == 0 && progress.cancelled()) return cancelledError();
-        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
-        if (!more) break;
-        MOTE_RETURN_IF_ERROR(
-            parser.line(line, reader.name() + ": line " + std::to_string(reader.lineNumber())));
-    }
+    bunch.name = file.name();
+    PyorbitParser parser(bunch, file.held);
+    MOTE_RETURN_IF_ERROR(
+        eachLine(file.path, file.progress,
+                 [&](std::string_view line, const std::string& where) { return parser.line(line, where); }));
     if (bunch.values.empty()) bunch.values.resize(coordinates);
     return bunch;
 }

@@ -27,8 +27,7 @@ struct PyorbitBunch {
     std::vector<std::vector<double>> values;  ///< x px y py z dE, then what else rows have, by column
 
     /// Errors: those of LineReader, corrupt with line and column, resourceExhausted, cancelled.
-    static Result<PyorbitBunch> read(const std::filesystem::path& path, HeldNumbers& held,
-                                     Progress& progress);
+    static Result<PyorbitBunch> read(const HeldFile& file);
 
     /// The column in which an attribute begins; nothing where it has none, or where the number of columns
     /// does not fit the attributes that are named.

@@ -40,7 +40,7 @@ Result<double> slopeFactor(const SddsField& field, const std::string& where) {
     const std::string unit = plainUnit(field.units);
     if (unit.empty() || unit == "rad" || unit == "1") return 1.0;
     if (unit == "mrad") return 1e-3;
-    return Error{ErrorCode::unsupported, where, "has the unit '" + unit + "', which is not known"};
+    return unsupported(where, "has the unit '" + unit + "', which is not known");
 }
 
 }  // namespace
@@ -78,8 +78,8 @@ Result<SddsColumns> SddsColumns::of(const SddsHeader& header, double mass, const
     for (std::size_t i = 0; i + 1 < columnCount; ++i) {
         if (columns.has(static_cast<Column>(i)) && static_cast<Column>(i) != Column::weight) return columns;
     }
-    return Error{ErrorCode::corrupt, file,
-                 "has no column of a particle: none of x, xp, y, yp, t, p (elegant) or z, px, py, pz"};
+    return corrupt(file,
+                   "has no column of a particle: none of x, xp, y, yp, t, p (elegant) or z, px, py, pz");
 }
 
 Status SddsColumns::add(const SddsHeader& header, std::size_t column, const std::string& file) {
@@ -93,7 +93,7 @@ Status SddsColumns::add(const SddsHeader& header, std::size_t column, const std:
             meaning, fieldMeaning(field.number() ? named(field.name, field) : field.name, mass_, where));
         if (!meaning) return success();
     }
-    if (!field.number()) return Error{ErrorCode::unsupported, where, "is a text; a number is needed"};
+    if (!field.number()) return unsupported(where, "is a text; a number is needed");
     if (elegant) return addElegant(field, column, where);
     if (ring) return addRing(field, column, where);
     if (meaning->kind != Kind::column) {
@@ -101,7 +101,7 @@ Status SddsColumns::add(const SddsHeader& header, std::size_t column, const std:
         return success();
     }
     if (meaning->column == Column::id ? id_.has_value() : item(meaning->column).has_value()) {
-        return Error{ErrorCode::corrupt, where, "means the same as another column"};
+        return corrupt(where, "means the same as another column");
     }
     if (meaning->column == Column::id)
         id_ = column;

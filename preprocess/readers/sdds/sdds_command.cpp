@@ -67,7 +67,7 @@ Result<SddsCommand> SddsCommand::parse(std::string_view text, const std::string&
     text.remove_suffix(endWord.size());
     const std::size_t nameEnd = std::min(text.find_first_of(" \t\r,"), text.size());
     if (nameEnd < 2 || text[0] != '&') {
-        return Error{ErrorCode::corrupt, where, "has no command of an SDDS header where one should stand"};
+        return corrupt(where, "has no command of an SDDS header where one should stand");
     }
     command.name = std::string(text.substr(1, nameEnd - 1));
     for (std::size_t at = nameEnd; at < text.size();) {
@@ -77,8 +77,7 @@ Result<SddsCommand> SddsCommand::parse(std::string_view text, const std::string&
         }
         const std::size_t equals = text.find_first_of("=,\"", at);
         if (equals == std::string_view::npos || text[equals] != '=') {
-            return Error{ErrorCode::corrupt, where,
-                         "has a field without '=' in its command &" + command.name};
+            return corrupt(where, "has a field without '=' in its command &" + command.name);
         }
         std::size_t begin = equals + 1;
         while (begin < text.size() && isGap(text[begin])) ++begin;

@@ -5,7 +5,6 @@
 #include "preprocess/readers/hdf5/h5_attribute.h"
 #include "preprocess/readers/hdf5/h5_column.h"
 #include "preprocess/readers/openpmd/layout.h"
-#include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/sdds/sdds_pages.h"
 
 namespace mote::prep {
@@ -93,9 +92,8 @@ class Hdf5Pages : public SddsPages {
             MOTE_ASSIGN_OR_RETURN(const auto column, H5Column::open(file, std::move(dataset)));
             if (!rows) rows = column.rows();
             if (column.rows() == *rows) continue;
-            return Error{ErrorCode::corrupt, where,
-                         "has " + std::to_string(column.rows()) + " values where other columns have " +
-                             std::to_string(*rows)};
+            return corrupt(where, "has " + std::to_string(column.rows()) +
+                                      " values where other columns have " + std::to_string(*rows));
         }
         page.rows = rows.value_or(0);
         MOTE_RETURN_IF_ERROR(readParameters(file, index, page.parameters));
@@ -147,7 +145,7 @@ bool looksLikeSddsHdf5(const H5File& file) {
 Result<SddsHeader> readSddsHdf5Header(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
     if (!looksLikeSddsHdf5(file)) {
-        return Error{ErrorCode::corrupt, file.name(), "has no group /page1/columns, as sdds2hdf writes it"};
+        return corrupt(file.name(), "has no group /page1/columns, as sdds2hdf writes it");
     }
     SddsHeader header;
     MOTE_RETURN_IF_ERROR(addFields(file, firstColumns, header.columns));

@@ -69,8 +69,8 @@ Status HeaderReader::version() {
     if (!looksLikeSdds(first)) return corrupt("is not the beginning of an SDDS data set (SDDS1 to SDDS5)");
     const auto number = parseId(trim(first.substr(4)));
     if (number && *number >= 1 && *number <= 5) return success();
-    return Error{ErrorCode::unsupported, where(),
-                 "has the SDDS version '" + std::string(trim(first.substr(4, 16))) + "'; 1 to 5 are read"};
+    return unsupported(
+        where(), "has the SDDS version '" + std::string(trim(first.substr(4, 16))) + "'; 1 to 5 are read");
 }
 
 Status HeaderReader::addLine(std::string_view line) {
@@ -103,8 +103,8 @@ Status HeaderReader::take(const SddsCommand& command) {
     if (command.name == "column") return addField(command, header_.columns);
     if (command.name == "data") return data(command);
     if (command.name == "include") {
-        return Error{ErrorCode::unsupported, where(),
-                     "includes another file (&include), which is not read; write the header out in full"};
+        return unsupported(
+            where(), "includes another file (&include), which is not read; write the header out in full");
     }
     return corrupt("has the command '&" + command.name + "', which SDDS does not know");
 }

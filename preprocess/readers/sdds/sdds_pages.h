@@ -17,6 +17,8 @@
 
 namespace mote::prep {
 
+class H5File;
+
 struct SddsPage {
     std::uint64_t rows = 0;
     SddsParameters parameters = noSddsParameters();
@@ -52,6 +54,7 @@ Result<std::unique_ptr<SddsPages>> openSddsAscii(const std::filesystem::path& pa
 
 /// The same of an HDF5 file with groups page1, page2, ... as sdds2hdf makes it of a data set: what a header
 /// would say, from the first page. Errors: those of H5File; corrupt.
+bool looksLikeSddsHdf5(const H5File& file);  ///< a group /page1/columns stands
 Result<SddsHeader> readSddsHdf5Header(const std::filesystem::path& path);
 Result<std::unique_ptr<SddsPages>> openSddsHdf5(const std::filesystem::path& path, const SddsHeader& header,
                                                 Progress& progress);

@@ -3,12 +3,11 @@
 #include <array>
 #include <cmath>
 
-#include "preprocess/readers/file_number.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/sdds/sdds_columns.h"
 #include "preprocess/readers/sdds/sdds_header.h"
 #include "preprocess/readers/sdds/sdds_pages.h"
+#include "preprocess/readers/series_source.h"
 
 namespace mote::prep {
 namespace {
@@ -18,20 +17,19 @@ constexpr std::size_t rowsPerPass = 1u << 16;
 /// The places of parameters in SddsParameters.
 enum Parameter : std::size_t { charge, pCentral, place, stepNumber, pass, centralTime };
 
-class SddsSource : public ParticleSource {
+class SddsSource : public SeriesSource {
   public:
     SddsSource(std::string format, double mass, Progress& progress)
-        : format_(std::move(format)), mass_(mass), progress_(progress) {}
-    Status addFile(const std::filesystem::path& path);
-    void finish();
+        : SeriesSource(std::move(format), progress), mass_(mass) {}
 
-    std::string format() const override { return format_; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override;
     double mass() const override { return files_.front().columns.mass(); }
     std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override;
+    Status finish() override;
+    bool hasEverywhere(Column column) const override;
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
     struct File {
@@ -52,12 +50,9 @@ class SddsSource : public ParticleSource {
     void addPage(const File& file, std::size_t page, const std::string& name);
     Result<double> meanTime(Page& page);
 
-    std::string format_;
     double mass_;
-    Progress& progress_;
     std::vector<File> files_;
     std::vector<Page> pages_;  // by step
-    std::vector<SourceStep> steps_;
     SddsRows rows_;
 };
 
@@ -73,26 +68,26 @@ double timeOf(const SddsParameters& values) {
 }
 
 Status SddsSource::addFile(const std::filesystem::path& path) {
-    const bool hdf5 = format_ == "elegant";
+    const bool hdf5 = format() == "elegant";
     MOTE_ASSIGN_OR_RETURN(const auto header, hdf5 ? readSddsHdf5Header(path) : SddsHeader::read(path));
     const std::string name = path.filename().string();
     MOTE_ASSIGN_OR_RETURN(auto columns, SddsColumns::of(header, mass_, name));
     if (std::none_of(std::begin(coordinates), std::end(coordinates),
                      [&](Column column) { return columns.has(column); })) {
-        return Error{ErrorCode::unsupported, name,
-                     "is SDDS without any of the columns x, y, z, px, py, pz of particles: statistics or "
-                     "optics (as OPAL's .stat, elegant's .sig and .twi)"};
+        return unsupported(name,
+                           "is SDDS without any of the columns x, y, z, px, py, pz of particles: statistics "
+                           "or optics (as OPAL's .stat, elegant's .sig and .twi)");
     }
     auto pages = hdf5           ? openSddsHdf5(path, header, progress_)
                  : header.ascii ? openSddsAscii(path, header, progress_)
                                 : openSddsBinary(path, header, progress_);
     if (!pages) return pages.error();
     if ((*pages)->pages().empty()) {
-        return Error{ErrorCode::corrupt, name,
-                     "ends at its header, at byte " + std::to_string(header.dataOffset) + ": it has no page"};
+        return corrupt(
+            name, "ends at its header, at byte " + std::to_string(header.dataOffset) + ": it has no page");
     }
     if (!files_.empty() && columns.mass() != files_.front().columns.mass()) {
-        return Error{ErrorCode::invalidArgument, name, "has particles of another mass than the first file"};
+        return invalid(name, "has particles of another mass than the first file");
     }
     files_.push_back({std::move(columns), std::move(*pages), fileNumber(path)});
     for (std::size_t i = 0; i < files_.back().pages->pages().size(); ++i) addPage(files_.back(), i, name);
@@ -123,7 +118,7 @@ bool SddsSource::numberBy(Parameter parameter) {
 }
 
 /// What can be said when all files are known.
-void SddsSource::finish() {
+Status SddsSource::finish() {
     if (!numberBy(pass) && !numberBy(stepNumber) && steps_.size() == files_.size()) {
         const bool all = std::all_of(files_.begin(), files_.end(),
                                      [](const File& file) { return file.number.has_value(); });
@@ -142,9 +137,10 @@ void SddsSource::finish() {
         progress_.note(
             "z is found from the times at which the particles pass: z = -v_z (t - mean of t), in each step");
     }
+    return success();
 }
 
-bool SddsSource::has(Column column) const {
+bool SddsSource::hasEverywhere(Column column) const {
     return std::all_of(pages_.begin(), pages_.end(), [&](const Page& page) {
         if (files_[page.file].columns.has(column)) return true;
         const bool empty = files_[page.file].pages->pages()[page.page].rows == 0;
@@ -159,7 +155,7 @@ Result<double> SddsSource::meanTime(Page& page) {
     const std::uint64_t rows = file.pages->pages()[page.page].rows;
     double mean = 0.0, counted = 0.0;
     for (std::uint64_t begin = 0; begin < rows; begin += rowsPerPass) {
-        if (progress_.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled while a table was read"};
+        if (progress_.cancelled()) return wasCancelled("cancelled while a table was read");
         const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(rowsPerPass, rows - begin));
         MOTE_RETURN_IF_ERROR(
             file.pages->read(page.page, begin, count, {*file.columns.timeColumn()}, std::nullopt, rows_));
@@ -173,19 +169,9 @@ Result<double> SddsSource::meanTime(Page& page) {
     return *page.meanTime;
 }
 
-Status SddsSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                        const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+Status SddsSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     Page& page = pages_[step];
     File& file = files_[page.file];
-    for (const Column column : wanted) {
-        if (column != Column::weight && column != Column::id && !file.columns.has(column)) {
-            return Error{ErrorCode::invalidArgument, steps_[step].file,
-                         "has not all columns that were asked for"};
-        }
-    }
-    chunk.begin = begin;
-    chunk.size = count;
     const auto asked = [&](Column column) {
         return std::find(wanted.begin(), wanted.end(), column) != wanted.end();
     };
@@ -195,7 +181,7 @@ Status SddsSource::read(std::size_t step, std::uint64_t begin, std::size_t count
     }
     const auto idColumn = asked(Column::id) ? file.columns.idColumn() : std::nullopt;
     MOTE_RETURN_IF_ERROR(
-        file.pages->read(page.page, begin, count, file.columns.needed(wanted), idColumn, rows_));
+        file.pages->read(page.page, chunk.begin, chunk.size, file.columns.needed(wanted), idColumn, rows_));
     file.columns.fill(wanted, rows_, mean, chunk);
     if (asked(Column::weight)) {
         const bool own = file.columns.has(Column::weight);
@@ -203,27 +189,25 @@ Status SddsSource::read(std::size_t step, std::uint64_t begin, std::size_t count
             weight = own ? std::abs(weight) : page.weight > 0.0 ? page.weight : 1.0;
         }
     }
-    if (!asked(Column::id)) return success();
-    chunk.id.resize(count);
-    for (std::size_t i = 0; i < count; ++i) chunk.id[i] = idColumn ? rows_.ids[i] : begin + i;
+    for (std::size_t i = 0; idColumn && i < chunk.size; ++i) chunk.id[i] = rows_.ids[i];
     return success();
+}
+
+template <bool hdf5>
+Result<std::unique_ptr<ParticleSource>> openSdds(const AskedRun& run, Progress& progress) {
+    return openSeries(std::make_unique<SddsSource>(hdf5 ? "elegant" : "sdds", run.mass, progress),
+                      inOrder(run.files));
 }
 
 }  // namespace
 
-Result<std::unique_ptr<ParticleSource>> openSdds(const std::string& format,
-                                                 const std::vector<std::filesystem::path>& files, double mass,
-                                                 Progress& progress) {
-    auto source = std::make_unique<SddsSource>(format, mass, progress);
-    OddSteps odd;
-    for (const std::filesystem::path& file : inOrder(files)) {
-        if (progress.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
-    source->finish();
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader sddsReader;
+constinit const ParticleReader sddsReader{
+    "sdds", "its first line SDDS", ParticleReader::Kind::bytes,
+    [](const AskedFile& file) -> Result<bool> { return looksLikeSdds(file.begin); }, openSdds<false>};
+extern const ParticleReader elegantReader;
+constinit const ParticleReader elegantReader{
+    "elegant", "HDF5 with groups pageN/columns", ParticleReader::Kind::hdf5,
+    [](const AskedFile& file) -> Result<bool> { return looksLikeSddsHdf5(*file.hdf5); }, openSdds<true>};
 
 }  // namespace mote::prep

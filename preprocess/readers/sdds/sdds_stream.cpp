@@ -58,7 +58,7 @@ Status SddsStream::skip(std::uint64_t bytes) {
     if (!source_->compressed()) {
         const std::uint64_t size = source_->fileBytes();
         if (offset() > size || bytes > size - offset()) {
-            return Error{ErrorCode::corrupt, name(), "is cut short at byte " + std::to_string(size)};
+            return corrupt(name(), "is cut short at byte " + std::to_string(size));
         }
         return seek(offset() + bytes);
     }

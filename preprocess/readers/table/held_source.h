@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Tables of small formats as runs: read whole, at most 1 GiB of numbers, since their rows lie in other orders
-// than a run's (a file a particle, a step a turn). Values are owned by the source that is made of them.
+// HeldSource: runs of formats that are read whole, as tables of named columns, a step each. A reader makes
+// the tables of a file; what they mean says TableColumns. Owned as SeriesSource says; one thread.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "preprocess/readers/particle_source.h"
-#include "preprocess/readers/table/table_columns.h"
+#include "preprocess/job.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/table/table_source.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -26,6 +29,13 @@ struct HeldTable {
     std::vector<std::vector<double>> values;  ///< by name, all of one length
     std::vector<TableConstant> constants;
     std::vector<std::string> notes;
+
+    void add(std::string name, std::vector<double> column) {
+        names.push_back(std::move(name));
+        values.push_back(std::move(column));
+    }
+    /// The constant `mass` in eV/c^2, of the electron where it is 0, then with a note that begins with `who`.
+    double setMass(double mass, const std::string& who);
 };
 
 /// How many numbers are held of a run; the count of all its files. One owner.
@@ -40,14 +50,47 @@ class HeldNumbers {
     std::uint64_t count_ = 0;
 };
 
-/// The whole of a text file, gzipped or not. Errors: those of ByteSource, resourceExhausted (more than 1
-/// GiB).
-Result<std::string> readText(const std::filesystem::path& path);
+/// A file of a run that is read whole.
+struct HeldFile {
+    const std::filesystem::path& path;
+    double mass;  ///< eV/c^2, as the job says; 0: it does not
+    HeldNumbers& held;
+    Progress& progress;
 
-/// The tables as a run, in order of their iterations where all have one, else as they stand. `mass` in
-/// eV/c^2, 0: as the tables say. Errors: those of TableColumns::of, corrupt (columns of different lengths),
-/// notFound (no table).
-Result<std::unique_ptr<ParticleSource>> holdTables(std::string format, std::vector<HeldTable> tables,
-                                                   double mass, Progress& progress);
+    std::string name() const { return path.filename().string(); }
+    /// The whole of a text file, gzipped or not. Errors: those of wholeFile.
+    Result<std::string> text() const;
+};
+
+class HeldSource : public TableSource {
+  protected:
+    HeldSource(std::string format, double mass, Progress& progress)
+        : TableSource(std::move(format), progress), wantedMass_(mass) {}
+
+    HeldFile fileAt(const std::filesystem::path& path) { return {path, wantedMass_, held_, progress_}; }
+    bool anyRead() const override { return !tables_.empty(); }
+    /// Puts the tables in order of their iterations where all have one, and reads their columns. Errors:
+    /// those of TableColumns::of, corrupt (columns of different lengths), notFound (no table).
+    Status finish() override;
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
+
+    std::vector<HeldTable> tables_;
+
+  private:
+    Status addTable(const HeldTable& table, std::set<std::string>& notes);
+    void readIds(std::size_t step, ParticleChunk& chunk) const;
+
+    double wantedMass_;
+    HeldNumbers held_;
+};
+
+/// Each file's tables, or its one table, by a function; a file of one table is numbered by its name where
+/// there are several files. Errors: those of the function and of HeldSource::finish, cancelled.
+using TablesOfFile = std::function<Result<std::vector<HeldTable>>(const HeldFile& file)>;
+Result<std::unique_ptr<ParticleSource>> openHeld(std::string format, TablesOfFile tablesOf,
+                                                 const AskedRun& run, Progress& progress);
+Result<std::unique_ptr<ParticleSource>> openHeld(std::string format,
+                                                 Result<HeldTable> (*tableOf)(const HeldFile& file),
+                                                 const AskedRun& run, Progress& progress);
 
 }  // namespace mote::prep

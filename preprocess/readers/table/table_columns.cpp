@@ -35,7 +35,7 @@ Result<TableColumns> TableColumns::of(const std::vector<TableField>& fields,
         columns.describe();
         return columns;
     }
-    return Error{ErrorCode::notFound, where, "names none of the columns x, y, z, t, px, py, pz"};
+    return notFound(where, "names none of the columns x, y, z, t, px, py, pz");
 }
 
 Status TableColumns::add(const TableField& field, double mass, const std::string& where) {
@@ -43,13 +43,13 @@ Status TableColumns::add(const TableField& field, double mass, const std::string
     MOTE_ASSIGN_OR_RETURN(const auto meaning, tableMeaning(field.name, place));
     if (!meaning) return success();
     auto& item = items_[static_cast<std::size_t>(meaning->quantity)];
-    if (item && item->field) return Error{ErrorCode::corrupt, place, "means the same as a column before it"};
+    if (item && item->field) return corrupt(place, "means the same as a column before it");
     item = Item{field.index, meaning->factor, meaning->relative};
     if (meaning->inMass) {
         if (!(mass > 0.0) && !(mass_ > 0.0)) {
-            return Error{ErrorCode::invalidArgument, place,
-                         "is in units of m c; give the particle's mass (--mass, or impact.mass of the job, "
-                         "eV/c^2)"};
+            return invalid(place,
+                           "is in units of m c; give the particle's mass (--mass, or impact.mass of the job, "
+                           "eV/c^2)");
         }
         item->factor = mass_;
     }
@@ -79,9 +79,10 @@ Status TableColumns::checkReference(const std::string& where) const {
             return meaning && meaning->has_value() && (*meaning)->quantity == quantity;
         });
         if (!some->relative && !(deviations && assumed)) continue;
-        return Error{ErrorCode::unsupported, where,
-                     "has momenta in units of the reference momentum, which it does not give: name it with "
-                     "--map (p0c=5e9 [eV/c]) or in a column p0c, or write the momenta's unit"};
+        return unsupported(
+            where,
+            "has momenta in units of the reference momentum, which it does not give: name it with "
+            "--map (p0c=5e9 [eV/c]) or in a column p0c, or write the momenta's unit");
     }
     return success();
 }

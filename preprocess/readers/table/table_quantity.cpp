@@ -236,8 +236,7 @@ Result<std::optional<TableMeaning>> tableMeaning(std::string_view name, const st
         return plain;
     const auto meaning = withUnit(*plain, unit);
     if (meaning) return meaning;
-    return Error{ErrorCode::unsupported, where,
-                 "has the unit '" + std::string(unit) + "', which is not known"};
+    return unsupported(where, "has the unit '" + std::string(unit) + "', which is not known");
 }
 
 bool isTableUnit(std::string_view text) {

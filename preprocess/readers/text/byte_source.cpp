@@ -15,7 +15,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t inputBytes = 256 * 1024;
+constexpr std::size_t inputBytes = 256 * 1024, pieceBytes = std::size_t{4} << 20;
 constexpr std::uint64_t maxProduced = 1ull << 40;
 // zlib's way to say: the greatest window, and a gzip header (16), either header (32), or none (negative).
 constexpr int gzipWindow = 15 + 16, anyWindow = 15 + 32, rawWindow = -15;
@@ -66,15 +66,14 @@ Result<std::size_t> Inflater::read(std::span<char> bytes, const Refill& refill) 
         if (stream_.avail_in == 0) {
             MOTE_RETURN_IF_ERROR(fill(refill));
             if (stream_.avail_in == 0) {
-                return Error{ErrorCode::corrupt, name_,
-                             std::string("its ") + formName() + " data is cut short"};
+                return corrupt(name_, std::string("its ") + formName() + " data is cut short");
             }
         }
         const int code = inflate(&stream_, Z_NO_FLUSH);
         if (code == Z_STREAM_END) {
             MOTE_RETURN_IF_ERROR(endOfMember(refill));
         } else if (code != Z_OK) {
-            return Error{ErrorCode::corrupt, name_, std::string("its ") + formName() + " data is damaged"};
+            return corrupt(name_, std::string("its ") + formName() + " data is damaged");
         }
     }
     const std::size_t got = wanted - stream_.avail_out;
@@ -102,7 +101,7 @@ Result<std::unique_ptr<ByteSource>> ByteSource::open(const std::filesystem::path
     struct stat state {};
     if (::fstat(source->descriptor_, &state) != 0) return systemError(errno, source->name_, "cannot be read");
     if (!S_ISREG(state.st_mode)) {
-        return Error{ErrorCode::unsupported, source->name_, "is not a regular file"};
+        return unsupported(source->name_, "is not a regular file");
     }
     source->fileBytes_ = static_cast<std::uint64_t>(state.st_size);
     std::array<char, 2> magic{};
@@ -143,6 +142,34 @@ Status ByteSource::seek(std::uint64_t offset) {
     if (!compressed()) return success();
     MOTE_CHECK(offset == 0);
     return inflater_->reset();
+}
+
+Result<std::string> beginningOf(const std::filesystem::path& path, std::size_t most) {
+    MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(path));
+    std::string bytes(most, '\0');
+    std::size_t got = 0;
+    while (got < most) {
+        MOTE_ASSIGN_OR_RETURN(const auto more, source->read(std::span(bytes).subspan(got)));
+        if (more == 0) break;
+        got += more;
+    }
+    bytes.resize(got);
+    return bytes;
+}
+
+Result<std::string> wholeFile(const std::filesystem::path& path, std::uint64_t most,
+                              const std::string& tooLong, Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(path));
+    std::string bytes;
+    for (;;) {
+        if (progress.cancelled()) return wasCancelled();
+        const std::size_t before = bytes.size();
+        bytes.resize(before + pieceBytes);
+        MOTE_ASSIGN_OR_RETURN(const auto got, source->read(std::span(bytes).subspan(before)));
+        bytes.resize(before + got);
+        if (bytes.size() > most) return Error{ErrorCode::resourceExhausted, source->name(), tooLong};
+        if (got == 0) return bytes;
+    }
 }
 
 }  // namespace mote::prep

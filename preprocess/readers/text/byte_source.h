@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "preprocess/job.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -84,5 +85,14 @@ class ByteSource {
     std::uint64_t fileBytes_ = 0, offset_ = 0;
     std::unique_ptr<Inflater> inflater_;
 };
+
+/// The first bytes of a file, at most so many. Errors: those of ByteSource.
+Result<std::string> beginningOf(const std::filesystem::path& path, std::size_t most);
+
+/// All of a file, taken a piece at a time, so that no size that it claims for itself is believed. Errors:
+/// those of ByteSource, cancelled; resourceExhausted with the sentence `tooLong` where it is more than `most`
+/// bytes.
+Result<std::string> wholeFile(const std::filesystem::path& path, std::uint64_t most,
+                              const std::string& tooLong, Progress& progress);
 
 }  // namespace mote::prep

@@ -47,8 +47,8 @@ Result<bool> LineReader::next(std::string_view& line) {
     const std::size_t length =
         found != nullptr ? static_cast<std::size_t>(found - buffer_.data()) - begin_ : end_ - begin_;
     if (length > maxLineBytes) {
-        return Error{ErrorCode::corrupt, name() + ": line " + std::to_string(lineNumber_ + 1),
-                     "is longer than 64 KiB; this is no table of particles"};
+        return corrupt(name() + ": line " + std::to_string(lineNumber_ + 1),
+                       "is longer than 64 KiB; this is no table of particles");
     }
     if (found == nullptr && length == 0) return false;
     line = {buffer_.data() + begin_, length};
@@ -65,6 +65,23 @@ Status LineReader::seek(std::uint64_t offset, std::uint64_t lines) {
     lineNumber_ = lines;
     atEnd_ = false;
     return success();
+}
+
+Status eachLine(const std::filesystem::path& path, Progress& progress,
+                const std::function<Status(std::string_view line, const std::string& where)>& take) {
+    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
+    for (std::string_view line;;) {
+        if (reader.lineNumber() % rowsPerQuestion == 0 && progress.cancelled())
+            return wasCancelled("cancelled while a table was read");
+        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
+        if (!more) return success();
+        MOTE_RETURN_IF_ERROR(take(line, reader.where()));
+    }
+}
+
+Error noNumber(std::string_view field, const std::string& where, const std::string& column) {
+    return corrupt(where + ", column " + column,
+                   "'" + std::string(field.substr(0, 40)) + "' is not a number");
 }
 
 bool isRow(std::string_view line) {
@@ -122,7 +139,7 @@ Status RowFile::seek(std::uint64_t row, Progress& progress) {
         if (position_ % rowsPerQuestion == 0 && progress.cancelled())
             return wasCancelled("cancelled while a table was read");
         MOTE_ASSIGN_OR_RETURN(const auto more, nextRow(line));
-        if (!more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
+        if (!more) return corrupt(reader_->name(), "has changed since it was opened");
     }
     return success();
 }
@@ -130,7 +147,7 @@ Status RowFile::seek(std::uint64_t row, Progress& progress) {
 Result<std::string_view> RowFile::next() {
     std::string_view row;
     MOTE_ASSIGN_OR_RETURN(const auto more, nextRow(row));
-    if (!more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
+    if (!more) return corrupt(reader_->name(), "has changed since it was opened");
     return row;
 }
 

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,7 +30,9 @@ class LineReader {
     /// corrupt (a line of more than 64 KiB, damaged gzip data), those of ByteSource::read.
     Result<bool> next(std::string_view& line);
 
-    /// The number of the line that next() returned last, from 1.
+    /// "beam.dat: line 12", of the line that next() returned last.
+    std::string where() const { return name() + ": line " + std::to_string(lineNumber_); }
+    /// The number of that line, from 1.
     std::uint64_t lineNumber() const { return lineNumber_; }
     /// Where the line that next() will return begins, bytes of the text.
     std::uint64_t offset() const { return bufferOffset_ + begin_; }
@@ -49,6 +52,14 @@ class LineReader {
     std::uint64_t lineNumber_ = 0;
     bool atEnd_ = false;
 };
+
+/// Calls `take` with each line of a file, and with where that is: "beam.dat: line 12". Errors: those of
+/// LineReader and of `take`; cancelled.
+Status eachLine(const std::filesystem::path& path, Progress& progress,
+                const std::function<Status(std::string_view line, const std::string& where)>& take);
+
+/// "'x' is not a number", of a field of a row.
+Error noNumber(std::string_view field, const std::string& where, const std::string& column);
 
 class RowFile {
   public:

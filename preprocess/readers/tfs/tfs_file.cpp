@@ -15,7 +15,6 @@ namespace {
 constexpr std::string_view tracks[] = {"NUMBER", "TURN", "X", "PX", "Y", "PY", "T", "PT", "S", "E"};
 constexpr std::size_t tfsMaxFields = 1024;
 constexpr std::size_t maxSays = 4096;
-constexpr std::uint64_t linesPerQuestion = 1u << 16;
 
 using TfsFields = std::array<std::string_view, tfsMaxFields>;
 
@@ -26,9 +25,9 @@ std::string upper(std::string_view text) {
     return result;
 }
 
-class Parser {
+class TfsParser {
   public:
-    Parser(TfsFile& file, HeldNumbers& held) : file_(file), held_(held) {}
+    TfsParser(TfsFile& file, HeldNumbers& held) : file_(file), held_(held) {}
 
     Status line(std::string_view text, const std::string& where) {
         text = trim(text);
@@ -64,8 +63,8 @@ class Parser {
 
     Status takeNames(std::string_view text, const std::string& where) {
         const std::size_t count = splitFields(text, ' ', fields_);
-        if (count > tfsMaxFields) return Error{ErrorCode::unsupported, where, "names more than 1024 columns"};
-        if (!file_.names.empty()) return Error{ErrorCode::corrupt, where, "names the columns a second time"};
+        if (count > tfsMaxFields) return unsupported(where, "names more than 1024 columns");
+        if (!file_.names.empty()) return corrupt(where, "names the columns a second time");
         columns_ = count;
         for (std::size_t i = 0; i < count; ++i) {
             std::string name = upper(fields_[i]);
@@ -80,20 +79,16 @@ class Parser {
     }
 
     Status row(std::string_view text, const std::string& where) {
-        if (file_.names.empty()) return Error{ErrorCode::corrupt, where, "is a row before the line of names"};
+        if (file_.names.empty()) return corrupt(where, "is a row before the line of names");
         const std::size_t count = splitFields(text, ' ', fields_);
         if (count < columns_) {
-            return Error{
-                ErrorCode::corrupt, where,
-                "has " + std::to_string(count) + " fields where " + std::to_string(columns_) + " are named"};
+            return corrupt(where, "has " + std::to_string(count) + " fields where " +
+                                      std::to_string(columns_) + " are named");
         }
         MOTE_RETURN_IF_ERROR(held_.add(used_.size(), where));
         for (std::size_t i = 0; i < used_.size(); ++i) {
             const auto value = parseNumber(fields_[used_[i]]);
-            if (!value) {
-                return Error{ErrorCode::corrupt, where + ", column " + file_.names[i],
-                             "'" + std::string(fields_[used_[i]].substr(0, 40)) + "' is not a number"};
-            }
+            if (!value) return noNumber(fields_[used_[i]], where, file_.names[i]);
             file_.values[i].push_back(*value);
         }
         return success();
@@ -120,19 +115,13 @@ std::optional<double> TfsFile::number(const std::string& wanted) const {
     return found == says.end() ? std::nullopt : parseNumber(found->second);
 }
 
-Result<TfsFile> TfsFile::read(const std::filesystem::path& path, HeldNumbers& held, Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
+Result<TfsFile> TfsFile::read(const HeldFile& held) {
     TfsFile file;
-    file.name = reader.name();
-    Parser parser(file, held);
-    for (std::string_view line;;) {
-        if (reader.lineNumber() % linesPerQuestion == 0 && progress.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while a table was read"};
-        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
-        if (!more) break;
-        MOTE_RETURN_IF_ERROR(
-            parser.line(line, reader.name() + ": line " + std::to_string(reader.lineNumber())));
-    }
+    file.name = held.name();
+    TfsParser parser(file, held.held);
+    MOTE_RETURN_IF_ERROR(
+        eachLine(held.path, held.progress,
+                 [&](std::string_view line, const std::string& where) { return parser.line(line, where); }));
     return file;
 }
 

@@ -5,14 +5,12 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "preprocess/job.h"
 #include "preprocess/readers/table/held_source.h"
 #include "protocol/scene/error.h"
 
@@ -30,7 +28,7 @@ struct TfsFile {
 
     /// Keeps the columns of tracks. Errors: corrupt (a row without a number, no names), those of LineReader,
     /// cancelled.
-    static Result<TfsFile> read(const std::filesystem::path& path, HeldNumbers& held, Progress& progress);
+    static Result<TfsFile> read(const HeldFile& held);
 };
 
 }  // namespace mote::prep

@@ -7,9 +7,7 @@
 #include <set>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/known_species.h"
 #include "preprocess/readers/tfs/tfs_file.h"
 
 namespace mote::prep {
@@ -57,7 +55,7 @@ std::optional<double> massBetween(double energy, double momentum) {
     return mass;
 }
 
-double massOf(const TfsFile& file, double mass) {
+double massOfTfs(const TfsFile& file, double mass) {
     if (mass > 0.0) return mass;
     if (const auto own = file.number("MASS"); own && *own > 0.0) return *own * giga;
     const auto particle = file.says.find("PARTICLE");
@@ -72,7 +70,7 @@ Error noReference(const TfsFile& file, const char* what) {
 
 Result<Reference> referenceOf(const TfsFile& file, double mass) {
     Reference reference;
-    reference.mass = massOf(file, mass);
+    reference.mass = massOfTfs(file, mass);
     const auto momentum = file.number("PC");
     const auto* energy = file.find("E");
     const auto* deviation = file.find("PT");
@@ -108,7 +106,7 @@ Result<Reference> referenceOf(const TfsFile& file, double mass) {
 }
 
 /// Which column of ours a column of a track is; "" for those that are none.
-std::string canonical(const std::string& name) {
+std::string canonicalOfTfs(const std::string& name) {
     static const std::map<std::string, std::string> names = {
         {"NUMBER", "id"},  {"X", "x [m]"},    {"PX", "px [p0]"}, {"Y", "y [m]"},
         {"PY", "py [p0]"}, {"T", "late [m]"}, {"PT", "ptau"}};
@@ -117,10 +115,10 @@ std::string canonical(const std::string& name) {
 }
 
 /// Puts a file's rows into tables: a segment each, else a turn each.
-class Sorter {
+class TfsSorter {
   public:
     /// Files of one particle each (track.obs0001.p0001) share their steps.
-    explicit Sorter(bool shared) : shared_(shared) {}
+    explicit TfsSorter(bool shared) : shared_(shared) {}
 
     void add(const TfsFile& file, const Reference& reference) {
         const auto* turns = file.find("TURN");
@@ -133,7 +131,7 @@ class Sorter {
             HeldTable& table = tableOf(file, reference, file.segments.empty() ? turn : double(segment), turn);
             std::size_t at = 0;
             for (std::size_t i = 0; i < file.names.size(); ++i) {
-                if (canonical(file.names[i]).empty()) continue;
+                if (canonicalOfTfs(file.names[i]).empty()) continue;
                 // MAD's T is -c times the delay.
                 table.values[at++].push_back(file.names[i] == "T" ? -file.values[i][row]
                                                                   : file.values[i][row]);
@@ -152,7 +150,7 @@ class Sorter {
         table.where = file.name;
         if (shared_ || file.segments.empty()) table.iteration = static_cast<std::int64_t>(turn);
         for (const std::string& name : file.names) {
-            if (!canonical(name).empty()) table.names.push_back(canonical(name));
+            if (!canonicalOfTfs(name).empty()) table.names.push_back(canonicalOfTfs(name));
         }
         table.values.resize(table.names.size());
         table.constants = {{TableQuantity::referenceMomentum, reference.momentum}};
@@ -173,14 +171,13 @@ Status checkTrack(const TfsFile& file) {
     const std::string kind = type == file.says.end() ? "" : type->second;
     for (const char* name : {"X", "PX", "Y", "PY"}) {
         if (file.find(name) != nullptr) continue;
-        return Error{ErrorCode::unsupported, file.name,
-                     "is a TFS table" + (kind.empty() ? "" : " of type " + kind) + " without the column " +
-                         name + ", so no track of particles"};
+        return unsupported(file.name, "is a TFS table" + (kind.empty() ? "" : " of type " + kind) +
+                                          " without the column " + name + ", so no track of particles");
     }
     if (file.find("NUMBER") != nullptr || kind.find("TRACK") != std::string::npos) return success();
-    return Error{ErrorCode::unsupported, file.name,
-                 "is a TFS table of type '" + kind +
-                     "' without the column NUMBER: optics, no track of particles (track.obs*, trackone)"};
+    return unsupported(
+        file.name, "is a TFS table of type '" + kind +
+                       "' without the column NUMBER: optics, no track of particles (track.obs*, trackone)");
 }
 
 /// One particle, its turns below each other, and so all files.
@@ -191,32 +188,43 @@ bool ofOneParticle(const TfsFile& file) {
                        [&](double number) { return number == numbers->front(); });
 }
 
+/// All files are read before the first step is made: of one particle each, they share their steps.
+class TfsSource : public HeldSource {
+  public:
+    TfsSource(double mass, Progress& progress) : HeldSource("tfs", mass, progress), mass_(mass) {}
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override {
+        MOTE_ASSIGN_OR_RETURN(auto file, TfsFile::read(fileAt(path)));
+        MOTE_RETURN_IF_ERROR(checkTrack(file));
+        files_.push_back(std::move(file));
+        return success();
+    }
+    bool anyRead() const override { return !files_.empty(); }
+    Status finish() override {
+        TfsSorter sorter(files_.size() > 1 && std::all_of(files_.begin(), files_.end(), ofOneParticle));
+        for (const TfsFile& file : files_) {
+            MOTE_ASSIGN_OR_RETURN(const auto reference, referenceOf(file, mass_));
+            sorter.add(file, reference);
+        }
+        files_.clear();
+        tables_ = std::move(sorter.tables);
+        return HeldSource::finish();
+    }
+
+  private:
+    double mass_;
+    std::vector<TfsFile> files_;
+};
+
 }  // namespace
 
-Result<std::unique_ptr<ParticleSource>> openTfs(const std::vector<std::filesystem::path>& paths, double mass,
-                                                Progress& progress) {
-    std::vector<TfsFile> files;
-    HeldNumbers held;
-    OddSteps odd;
-    for (const std::filesystem::path& path : inOrder(paths)) {
-        auto file = TfsFile::read(path, held, progress);
-        const Status status = file ? checkTrack(*file) : Status(file.error());
-        MOTE_RETURN_IF_ERROR(odd.add(status));
-        if (status.ok()) files.push_back(std::move(*file));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!files.empty(), progress));
-    const bool shared = files.size() > 1 && std::all_of(files.begin(), files.end(), ofOneParticle);
-    Sorter sorter(shared);
-    for (const TfsFile& file : files) {
-        MOTE_ASSIGN_OR_RETURN(const auto reference, referenceOf(file, mass));
-        sorter.add(file, reference);
-    }
-    const bool numbered = std::all_of(sorter.tables.begin(), sorter.tables.end(),
-                                      [](const HeldTable& table) { return table.iteration; });
-    if (!numbered) {
-        for (HeldTable& table : sorter.tables) table.iteration.reset();
-    }
-    return holdTables("tfs", std::move(sorter.tables), mass, progress);
-}
+extern const ParticleReader tfsReader;
+constinit const ParticleReader tfsReader{
+    "tfs", "lines '@ NAME' of TFS", ParticleReader::Kind::text,
+    [](const AskedFile& file) -> Result<bool> { return file.words().starts_with("@ "); },
+    [](const AskedRun& run, Progress& progress) {
+        return openSeries(std::make_unique<TfsSource>(run.mass, progress), inOrder(run.files));
+    }};
 
 }  // namespace mote::prep

@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/file_number.h"
-#include "preprocess/readers/odd_steps.h"
-#include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/particle_reader.h"
+#include "preprocess/readers/series_source.h"
 #include "preprocess/readers/text/byte_source.h"
 #include "preprocess/readers/text/number.h"
 
@@ -24,6 +23,7 @@ namespace {
 constexpr std::uint64_t headerBytes = 23, rowBytes = 6 * sizeof(double), tailBytes = sizeof(double);
 constexpr std::size_t countAt = 2, currentAt = 6, frequencyAt = 14;
 constexpr std::size_t rowsPerBlock = 8192;
+constexpr std::string_view dstMark = "\x7d\x64";
 constexpr double centimetre = 1e-2, milliampere = 1e-3, megahertz = 1e6, megaelectronvolt = 1e6;
 
 /// A particle as the file has it, and what it becomes.
@@ -56,8 +56,8 @@ class DstFile {
     std::uint64_t rows() const { return rows_; }
     double mass() const { return mass_; }
     double weight() const { return weight_; }  ///< C, of each particle; 0: the file has no current
-    Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) const;
+    /// As SeriesSource::readRows.
+    Status read(const std::vector<Column>& wanted, ParticleChunk& chunk) const;
 
   private:
     Status readHeader(ByteSource& source);
@@ -80,7 +80,7 @@ Result<DstFile> DstFile::open(const std::filesystem::path& path, double mass) {
     file.name_ = source->name();
     file.mass_ = mass;
     if (source->compressed()) {
-        return Error{ErrorCode::unsupported, file.name_, "is a gzipped file; unpack it first (gunzip)"};
+        return unsupported(file.name_, "is a gzipped file; unpack it first (gunzip)");
     }
     MOTE_RETURN_IF_ERROR(file.readHeader(*source));
     return file;
@@ -89,7 +89,7 @@ Result<DstFile> DstFile::open(const std::filesystem::path& path, double mass) {
 Status DstFile::readHeader(ByteSource& source) {
     std::array<char, headerBytes> header{};
     MOTE_ASSIGN_OR_RETURN(const auto got, source.read(header));
-    if (got < header.size() || !looksLikeDst({header.data(), got})) {
+    if (got < header.size() || !std::string_view(header.data(), got).starts_with(dstMark)) {
         return corrupt(name_, "is not the beginning of a TraceWin distribution (.dst)");
     }
     const auto declared = loadNumber<std::int32_t>(header.data() + countAt, false);
@@ -141,13 +141,12 @@ double DstFile::value(Column column, const DstParticle& particle) const {
     return 0.0;
 }
 
-Status DstFile::read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                     ParticleChunk& chunk) const {
+Status DstFile::read(const std::vector<Column>& wanted, ParticleChunk& chunk) const {
     MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(path_));
-    MOTE_RETURN_IF_ERROR(source->seek(headerBytes + begin * rowBytes));
+    MOTE_RETURN_IF_ERROR(source->seek(headerBytes + chunk.begin * rowBytes));
     std::vector<char> block;
-    for (std::size_t done = 0; done < count;) {
-        const std::size_t rows = std::min(rowsPerBlock, count - done);
+    for (std::size_t done = 0; done < chunk.size;) {
+        const std::size_t rows = std::min(rowsPerBlock, chunk.size - done);
         block.resize(rows * rowBytes);
         MOTE_ASSIGN_OR_RETURN(const auto got, source->read(block));
         if (got != block.size()) return corrupt(name_, "has changed since it was opened");
@@ -162,74 +161,45 @@ Status DstFile::read(std::uint64_t begin, std::size_t count, const std::vector<C
     return success();
 }
 
-class DstSource : public ParticleSource {
+class DstSource : public SeriesSource {
   public:
-    Status addFile(const std::filesystem::path& path, double mass);
+    DstSource(double mass, Progress& progress) : SeriesSource("tracewin", progress), wantedMass_(mass) {}
 
-    std::string format() const override { return "tracewin"; }
-    const std::vector<SourceStep>& steps() const override { return steps_; }
-    bool has(Column column) const override {
+    double mass() const override { return files_.front().mass(); }
+    std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
+
+  protected:
+    Status addFile(const std::filesystem::path& path) override {
+        MOTE_ASSIGN_OR_RETURN(auto file, DstFile::open(path, wantedMass_));
+        if (!files_.empty() && file.mass() != files_.front().mass())
+            return invalid(file.name(), "has particles of another mass than the first file");
+        steps_.push_back(stepOf(path, file.rows()));
+        files_.push_back(std::move(file));
+        return success();
+    }
+    bool hasEverywhere(Column column) const override {
         if (column == Column::id) return false;
         return column != Column::weight || std::all_of(files_.begin(), files_.end(), [](const DstFile& file) {
                    return file.weight() > 0.0 || file.rows() == 0;
                });
     }
-    double mass() const override { return files_.front().mass(); }
-    std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
-    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                ParticleChunk& chunk) override;
+    Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override {
+        return files_[step].read(wanted, chunk);
+    }
 
   private:
-    std::vector<SourceStep> steps_;
+    double wantedMass_;
     std::vector<DstFile> files_;
 };
 
-Status DstSource::addFile(const std::filesystem::path& path, double mass) {
-    MOTE_ASSIGN_OR_RETURN(auto file, DstFile::open(path, mass));
-    if (!files_.empty() && file.mass() != files_.front().mass()) {
-        return Error{ErrorCode::invalidArgument, file.name(),
-                     "has particles of another mass than the first file"};
-    }
-    steps_.push_back(
-        {file.name(), fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, file.rows()});
-    files_.push_back(std::move(file));
-    return success();
-}
-
-Status DstSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
-                       const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
-    chunk.begin = begin;
-    chunk.size = count;
-    chunk.lost.assign(count, 0);
-    for (const Column column : wanted) {
-        if (column != Column::id) {
-            chunk[column].resize(count);
-            continue;
-        }
-        chunk.id.resize(count);
-        for (std::size_t i = 0; i < count; ++i) chunk.id[i] = begin + i;
-    }
-    return files_[step].read(begin, count, wanted, chunk);
-}
-
 }  // namespace
 
-bool looksLikeDst(std::string_view begin) {
-    return begin.starts_with("\x7d\x64");
-}
-
-Result<std::unique_ptr<ParticleSource>> openDst(const std::vector<std::filesystem::path>& files, double mass,
-                                                Progress& progress) {
-    auto source = std::make_unique<DstSource>();
-    OddSteps odd;
-    for (const std::filesystem::path& file : inOrder(files)) {
-        if (progress.cancelled())
-            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file, mass)));
-    }
-    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
-    return std::unique_ptr<ParticleSource>(std::move(source));
-}
+extern const ParticleReader dstReader;
+constinit const ParticleReader dstReader{
+    "tracewin", "TraceWin's dstMark in its first bytes", ParticleReader::Kind::bytes,
+    [](const AskedFile& file) -> Result<bool> { return file.begin.starts_with(dstMark); },
+    [](const AskedRun& run, Progress& progress) {
+        return openSeries(std::make_unique<DstSource>(run.mass, progress), inOrder(run.files));
+    }};
 
 }  // namespace mote::prep

@@ -197,7 +197,7 @@ Result<DicomHeader> DicomHeader::parse(ByteStreamPtr file) {
     std::string head(headBytes, '\0');
     MOTE_ASSIGN_OR_RETURN(const auto got, file->read(head));
     head.resize(got);
-    if (!begins(head)) return Error{ErrorCode::corrupt, file->name(), "does not begin as a DICOM file"};
+    if (!begins(head)) return corrupt(file->name(), "does not begin as a DICOM file");
     DicomHeader header;
     DicomStream stream(*file);
     const bool bare = got < headBytes || std::string_view(head).substr(preambleBytes) != magic;

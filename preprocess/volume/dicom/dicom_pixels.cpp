@@ -69,9 +69,8 @@ Status checkBits(const DicomHeader& header, const std::string& where) {
 Status checkRatio(const DicomHeader& header, std::uint64_t bytes, const std::string& where) {
     const std::uint64_t frame = bytesOfFrame(header);
     if (frame <= freely || frame / greatestRatio <= bytes) return success();
-    return Error{ErrorCode::corrupt, where,
-                 fmt::format("says {} x {} pixels, more than its {} bytes can hold", header.columns,
-                             header.rows, bytes)};
+    return corrupt(where, fmt::format("says {} x {} pixels, more than its {} bytes can hold", header.columns,
+                                      header.rows, bytes));
 }
 
 }  // namespace
@@ -98,9 +97,9 @@ Status checkPixels(const DicomHeader& header, const std::string& where) {
     MOTE_RETURN_IF_ERROR(setDimensions(slice, header.columns, header.rows, 1, where));
     const auto needed = bytesOfFrame(header), held = header.pixelBytes / std::max(header.frameCount, 1u);
     if (header.encapsulated || held >= needed) return success();
-    return Error{ErrorCode::corrupt, where,
-                 fmt::format("its {} frames of {} x {} need {} bytes each, and {} are there",
-                             header.frameCount, header.columns, header.rows, needed, header.pixelBytes)};
+    return corrupt(
+        where, fmt::format("its {} frames of {} x {} need {} bytes each, and {} are there", header.frameCount,
+                           header.columns, header.rows, needed, header.pixelBytes));
 }
 
 ScalarType typeOf(const DicomHeader& header) {
@@ -182,13 +181,13 @@ Status DicomPixels::take(std::uint64_t at, std::span<char> bytes) {
     MOTE_RETURN_IF_ERROR(data_->seek(at));
     MOTE_ASSIGN_OR_RETURN(const auto got, data_->read(bytes));
     if (got == bytes.size()) return success();
-    return Error{ErrorCode::corrupt, name_, "ends before its last pixel"};
+    return corrupt(name_, "ends before its last pixel");
 }
 
 Status DicomPixels::readCoded(std::uint32_t frame, std::size_t bytes) {
     std::uint64_t stored = 0;
     for (const auto& piece : frames_[frame]) stored += piece.bytes;
-    if (stored > data_->mostBytes()) return Error{ErrorCode::corrupt, name_, "ends before its last pixel"};
+    if (stored > data_->mostBytes()) return corrupt(name_, "ends before its last pixel");
     MOTE_RETURN_IF_ERROR(checkRatio(*header_, stored, name_));
     coded_.resize(static_cast<std::size_t>(stored));
     std::size_t done = 0;

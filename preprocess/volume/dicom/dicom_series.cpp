@@ -188,10 +188,9 @@ Result<DicomSet> DicomSet::read(std::string name, std::vector<DicomFile> files, 
     }
     if (set.files.empty() && first) return *first;
     if (set.files.empty()) {
-        return Error{ErrorCode::unsupported, set.name,
-                     files.empty()       ? "holds no DICOM files"
-                     : files.size() == 1 ? "holds no picture (of a DICOMDIR, name the folder)"
-                                         : "holds DICOM files, and no pictures in them"};
+        return unsupported(set.name, files.empty()       ? "holds no DICOM files"
+                                     : files.size() == 1 ? "holds no picture (of a DICOMDIR, name the folder)"
+                                                         : "holds DICOM files, and no pictures in them");
     }
     const auto note = [&](std::size_t count, std::string_view what) {
         if (count > 0)

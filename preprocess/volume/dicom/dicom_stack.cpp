@@ -97,8 +97,8 @@ class StackMaker {
     /// Pictures by place, and those at one place as volumes.
     Status gather() {
         if (pictures_.size() == 1) {
-            return Error{ErrorCode::unsupported, nameOf(pictures_.front()),
-                         "is a single picture of a series: name its folder, or all of its files"};
+            return unsupported(nameOf(pictures_.front()),
+                               "is a single picture of a series: name its folder, or all of its files");
         }
         std::vector<double> places;
         for (const auto& picture : pictures_) places.push_back(along(picture));

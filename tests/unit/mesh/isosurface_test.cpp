@@ -14,6 +14,7 @@
 
 #include "preprocess/mesh/mesh_job.h"
 #include "storage/mesh/mesh_file.h"
+#include "tests/support/must.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"
@@ -91,14 +92,13 @@ double ball(const glm::dvec3& index) {
 
 TEST(Isosurface, OfABallIsABall) {
     FieldSource source(24, ball);
-    const auto mesh = surfaceOf(source, {.value = 20.0});
-    ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
-    for (const auto& vertex : mesh->positions)
+    const auto mesh = test::must(surfaceOf(source, {.value = 20.0}));
+    for (const auto& vertex : mesh.positions)
         EXPECT_NEAR(glm::distance(glm::dvec3(vertex), center), 8.0,
                     0.035);  // as far as the trilinear field is off
-    EXPECT_TRUE(isClosed(*mesh));
-    EXPECT_EQ(mesh->positions.size() + mesh->triangles.size() - edgesOf(*mesh).size() / 2, 2U);  // Euler
-    EXPECT_NEAR(volumeIn(*mesh), 4.0 / 3.0 * 3.14159265 * 512.0, 45.0);  // outwards: above 0
+    EXPECT_TRUE(isClosed(mesh));
+    EXPECT_EQ(mesh.positions.size() + mesh.triangles.size() - edgesOf(mesh).size() / 2, 2U);  // Euler
+    EXPECT_NEAR(volumeIn(mesh), 4.0 / 3.0 * 3.14159265 * 512.0, 45.0);  // outwards: above 0
 }
 
 /// On a plane the interpolation is exact, and so are the vertices.
@@ -147,11 +147,10 @@ TEST(Isosurface, SamplesThatAreNoNumbersLieOutside) {
                : p.x < 4.0          ? std::numeric_limits<double>::quiet_NaN()
                                     : std::numeric_limits<double>::infinity();
     });
-    const auto mesh = surfaceOf(source, {.value = 0.5});
-    ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
-    EXPECT_TRUE(isClosed(*mesh));
-    EXPECT_EQ(mesh->triangles.size(), 12U);
-    for (const auto& p : mesh->positions) EXPECT_LT(glm::distance(glm::dvec3(p), glm::dvec3(4.0)), 1.0);
+    const auto mesh = test::must(surfaceOf(source, {.value = 0.5}));
+    EXPECT_TRUE(isClosed(mesh));
+    EXPECT_EQ(mesh.triangles.size(), 12U);
+    for (const auto& p : mesh.positions) EXPECT_LT(glm::distance(glm::dvec3(p), glm::dvec3(4.0)), 1.0);
 }
 
 TEST(Isosurface, IsCutByAClipBox) {
@@ -194,12 +193,10 @@ TEST(Isosurface, BecomesADatasetByAJob) {
     job.set_isovalue(100.0);
     for (int i = 0; i < 3; ++i) job.mutable_source()->add_dimensions(16);
     test::QuietProgress progress;
-    const auto made = runMeshJob(request, folder / "ball.raw", folder / "ball.mote", {}, progress);
-    ASSERT_TRUE(made.ok()) << made.error().toString();
-    EXPECT_EQ(made->request().mesh().isovalue(), 100.0);
-    const auto mesh = storage::readMesh(folder / "ball.mote", *made);
-    ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
-    EXPECT_GT(mesh->triangles.size(), 500U);
+    const auto made = test::must(runMeshJob(request, folder / "ball.raw", folder / "ball.mote", {}, progress));
+    EXPECT_EQ(made.request().mesh().isovalue(), 100.0);
+    const auto mesh = test::must(storage::readMesh(folder / "ball.mote", made));
+    EXPECT_GT(mesh.triangles.size(), 500U);
     job.set_isovalue(200.0);  // at the samples of the ball, where a surface of one sample has no area
     EXPECT_TRUE(runMeshJob(request, folder / "ball.raw", folder / "c.mote", {}, progress).ok());
     const auto small =

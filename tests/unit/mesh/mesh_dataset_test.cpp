@@ -10,6 +10,7 @@
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/verify.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/mesh/sample_files.h"
 #include "tests/unit/particles/quiet_progress.h"
@@ -28,8 +29,7 @@ class MeshDataset : public testing::Test {
         std::ofstream(input_) << sample.bytes;
         proto::JobRequest request;
         request.mutable_mesh()->set_input(input_.string());
-        const auto made = prep::runMeshJob(request, input_, dataset_, {}, progress_);
-        ASSERT_TRUE(made.ok()) << made.error().toString();
+        const auto made = must(prep::runMeshJob(request, input_, dataset_, {}, progress_));
     }
 
     TempDir folder_;
@@ -39,21 +39,19 @@ class MeshDataset : public testing::Test {
 };
 
 TEST_F(MeshDataset, ComesBackAsItWas) {
-    const auto manifest = storage::readManifest(dataset_);
-    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
-    EXPECT_EQ(manifest->kind(), "mesh");
-    EXPECT_EQ(manifest->request().mesh().input(), "tetrahedron.obj");
+    const auto manifest = must(storage::readManifest(dataset_));
+    EXPECT_EQ(manifest.kind(), "mesh");
+    EXPECT_EQ(manifest.request().mesh().input(), "tetrahedron.obj");
     // Three right triangles of area 1/2 and the slanted one, sqrt(3) / 2; from 32-bit corners, summed as
     // doubles.
-    EXPECT_NEAR(manifest->mesh().area(), 1.5 + std::sqrt(3.0) / 2.0, 1e-14);
-    const auto mesh = storage::readMesh(dataset_, *manifest);
-    ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
+    EXPECT_NEAR(manifest.mesh().area(), 1.5 + std::sqrt(3.0) / 2.0, 1e-14);
+    const auto mesh = must(storage::readMesh(dataset_, manifest));
     const auto wanted = prep::makeSurfaceMesh(readBytes(tetrahedronFiles().front())->mesh);
-    EXPECT_EQ(mesh->positions, wanted.positions);
-    EXPECT_EQ(mesh->normals, wanted.normals);
-    EXPECT_EQ(mesh->triangles, wanted.triangles);
-    EXPECT_EQ(mesh->edges, wanted.edges);
-    EXPECT_EQ(mesh->parts, wanted.parts);
+    EXPECT_EQ(mesh.positions, wanted.positions);
+    EXPECT_EQ(mesh.normals, wanted.normals);
+    EXPECT_EQ(mesh.triangles, wanted.triangles);
+    EXPECT_EQ(mesh.edges, wanted.edges);
+    EXPECT_EQ(mesh.parts, wanted.parts);
     EXPECT_THAT(storage::verifyDataset(dataset_), IsEmpty());
 }
 

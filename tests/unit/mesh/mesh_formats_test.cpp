@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tests/support/deflate.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/mesh/sample_files.h"
 #include "tests/unit/particles/quiet_progress.h"
@@ -20,11 +21,10 @@ using testing::HasSubstr;
 class MeshFormats : public testing::TestWithParam<SampleFile> {};
 
 TEST_P(MeshFormats, ReadsTheTetrahedron) {
-    const auto read = readBytes(GetParam());
-    ASSERT_TRUE(read.ok()) << read.error().toString();
-    EXPECT_EQ(read->mesh.positions.size(), 4U);
-    EXPECT_EQ(read->mesh.triangles.size(), 4U);
-    EXPECT_DOUBLE_EQ(enclosedVolume(read->mesh), 1.0 / 6.0);
+    const auto read = must(readBytes(GetParam()));
+    EXPECT_EQ(read.mesh.positions.size(), 4U);
+    EXPECT_EQ(read.mesh.triangles.size(), 4U);
+    EXPECT_DOUBLE_EQ(enclosedVolume(read.mesh), 1.0 / 6.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MeshFormats, testing::ValuesIn(tetrahedronFiles()), [](const auto& sample) {
@@ -116,9 +116,8 @@ TEST(Polygons, OfAnyNumberOfCornersEnd) {
             text += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";
             face += " " + std::to_string(i + 1);
         }
-        const auto read = readBytes({"ring.obj", text + face + "\n"});
-        ASSERT_TRUE(read.ok()) << corners;
-        EXPECT_EQ(read->counts.triangles, static_cast<std::uint64_t>(corners) - 2);
+        const auto read = must(readBytes({"ring.obj", text + face + "\n"}));
+        EXPECT_EQ(read.counts.triangles, static_cast<std::uint64_t>(corners) - 2);
     }
 }
 
@@ -131,17 +130,16 @@ TEST(Polygons, OfManyCornersKeepTheirShape) {
             text += fmt::format("v 0 {} {}\n", radius * std::cos(angle), radius * std::sin(angle));
             face += fmt::format(" {}", i + 1);
         }
-        const auto read = readBytes({"star.obj", text + face + "\n"});
-        ASSERT_TRUE(read.ok()) << corners;
+        const auto read = must(readBytes({"star.obj", text + face + "\n"}));
         double area = 0.0;
-        for (const auto& [a, b, c] : read->mesh.triangles) {
-            const auto& p = read->mesh.positions;
+        for (const auto& [a, b, c] : read.mesh.triangles) {
+            const auto& p = read.mesh.positions;
             area += 0.5 * glm::length(glm::cross(glm::dvec3(p[b]) - glm::dvec3(p[a]),
                                                  glm::dvec3(p[c]) - glm::dvec3(p[a])));
         }
         // corners triangles of sides 1 and .4 with an angle between.
         EXPECT_NEAR(area, 0.5 * corners * 0.4 * std::sin(6.283185307179586 / corners), 1e-6);
-        EXPECT_EQ(read->counts.tangled, 0U);
+        EXPECT_EQ(read.counts.tangled, 0U);
     }
 }
 
@@ -151,23 +149,21 @@ TEST(Polygons, ThatWindIntoThemselvesAreCutAllTheSame) {
         text += fmt::format("v {} {} 0\n", i * 7919 % 501, i * 104729 % 499);
         face += fmt::format(" {}", i + 1);
     }
-    const auto read = readBytes({"knot.obj", text + face + "\n"});
-    ASSERT_TRUE(read.ok()) << read.error().toString();
-    EXPECT_EQ(read->counts.triangles, 499U);
-    EXPECT_EQ(read->counts.tangled, 1U);
+    const auto read = must(readBytes({"knot.obj", text + face + "\n"}));
+    EXPECT_EQ(read.counts.triangles, 499U);
+    EXPECT_EQ(read.counts.tangled, 1U);
 }
 
 // 4 m in UTM coordinates, where the step of a float is half a metre.
 TEST(FarMeshes, KeepTheirShapeAndSayWhatWasTakenOff) {
     const std::string text =
         "v 448123.25 5450321.5 100\nv 448127.25 5450321.5 100\nv 448127.25 5450325.5 100\nf 1 2 3\n";
-    const auto read = readBytes({"utm.obj", text});
-    ASSERT_TRUE(read.ok()) << read.error().toString();
-    EXPECT_EQ(read->mesh.origin, glm::dvec3(448125, 5450324, 100));
-    const auto& p = read->mesh.positions;
+    const auto read = must(readBytes({"utm.obj", text}));
+    EXPECT_EQ(read.mesh.origin, glm::dvec3(448125, 5450324, 100));
+    const auto& p = read.mesh.positions;
     EXPECT_EQ(p[0], glm::vec3(-1.75F, -2.5F, 0.0F));
     EXPECT_EQ(p[2], glm::vec3(2.25F, 1.5F, 0.0F));
-    EXPECT_THAT(prep::describeOrigin(read->mesh.origin), HasSubstr("(448125, 5450324, 100) was taken off"));
+    EXPECT_THAT(prep::describeOrigin(read.mesh.origin), HasSubstr("(448125, 5450324, 100) was taken off"));
     EXPECT_EQ(prep::originFor({20, 0, 0}, {24, 4, 4}), glm::dvec3(0)) << "floats do there";
 }
 
@@ -175,18 +171,17 @@ TEST(Welding, CountsAndRepairs) {
     const std::string text =
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv nan 0 0\nv 0.5 0 0\nv 9 9 9\nv 1e39 0 0\nv 0.5 1e-5 0\n"
         "f 1 2 3\nf 4 2 3\nf 1 4 2\nf 1 2 6\nf 1 2 5\nf 1 2 8\nf 1 2 9\nf 3 2 1\n";
-    const auto read = readBytes({"bad.obj", text});
-    ASSERT_TRUE(read.ok()) << read.error().toString();
-    EXPECT_EQ(read->mesh.triangles.size(), 2U);
-    EXPECT_EQ(read->counts.vertices, 9U);
-    EXPECT_EQ(read->counts.triangles, 8U);
-    EXPECT_EQ(read->counts.duplicates, 1U);
-    EXPECT_EQ(read->counts.degenerate, 2U);
-    EXPECT_EQ(read->counts.notFinite, 2U);
-    EXPECT_EQ(read->counts.repeated, 2U) << "the one over the duplicate and the one turned round";
-    EXPECT_EQ(read->counts.needles, 1U);
-    EXPECT_EQ(read->mesh.positions.size(), 4U);
-    EXPECT_THAT(prep::describeRepairs(read->counts), HasSubstr("2 triangles without area"));
+    const auto read = must(readBytes({"bad.obj", text}));
+    EXPECT_EQ(read.mesh.triangles.size(), 2U);
+    EXPECT_EQ(read.counts.vertices, 9U);
+    EXPECT_EQ(read.counts.triangles, 8U);
+    EXPECT_EQ(read.counts.duplicates, 1U);
+    EXPECT_EQ(read.counts.degenerate, 2U);
+    EXPECT_EQ(read.counts.notFinite, 2U);
+    EXPECT_EQ(read.counts.repeated, 2U) << "the one over the duplicate and the one turned round";
+    EXPECT_EQ(read.counts.needles, 1U);
+    EXPECT_EQ(read.mesh.positions.size(), 4U);
+    EXPECT_THAT(prep::describeRepairs(read.counts), HasSubstr("2 triangles without area"));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/verify.h"
+#include "tests/support/must.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/mesh/sample_files.h"
@@ -147,8 +148,7 @@ class PartDataset : public testing::Test {
         manifest.set_kind("mesh");
         manifest.set_format(storage::formatVersion);
         *manifest.mutable_mesh() = storage::describeMesh(mesh);
-        const auto published = writer->publish(manifest);
-        ASSERT_TRUE(published.ok()) << published.error().toString();
+        must(writer->publish(manifest));
     }
     Result<storage::SurfaceMesh> read() {
         return storage::readMesh(dataset_, *storage::readManifest(dataset_));
@@ -167,9 +167,8 @@ TEST_F(PartDataset, IsMadeByTheJobAndComesBack) {
     request.mutable_mesh()->set_input(input.string());
     QuietProgress progress;
     ASSERT_TRUE(prep::runMeshJob(request, input, dataset_, {}, progress).ok());
-    const auto mesh = read();
-    ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
-    EXPECT_THAT(mesh->parts, ElementsAre(0, 1));
+    const auto mesh = must(read());
+    EXPECT_THAT(mesh.parts, ElementsAre(0, 1));
     EXPECT_THAT(storage::verifyDataset(dataset_), IsEmpty());
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "preprocess/mesh/surface_topology.h"
+#include "tests/support/must.h"
 #include "tests/unit/mesh/sample_files.h"
 #include "tests/unit/particles/quiet_progress.h"
 
@@ -24,12 +25,11 @@ TEST_P(RealMeshes, HaveTheirTriangles) {
     const auto path = fs::path(MOTE_SHARED_DATA) / "meshes" / GetParam().file;
     if (!fs::exists(path)) GTEST_SKIP() << "the real file is not here";
     QuietProgress progress;
-    const auto read = prep::readMesh(path, std::uint64_t{1} << 30, progress);
-    ASSERT_TRUE(read.ok()) << read.error().toString();
-    EXPECT_EQ(read->counts.vertices, GetParam().vertices);
-    EXPECT_EQ(read->counts.triangles, GetParam().triangles);
-    EXPECT_LE(read->counts.degenerate + read->counts.repeated, GetParam().triangles / 20);
-    const auto mesh = prep::makeSurfaceMesh(read->mesh);
+    const auto read = must(prep::readMesh(path, std::uint64_t{1} << 30, progress));
+    EXPECT_EQ(read.counts.vertices, GetParam().vertices);
+    EXPECT_EQ(read.counts.triangles, GetParam().triangles);
+    EXPECT_LE(read.counts.degenerate + read.counts.repeated, GetParam().triangles / 20);
+    const auto mesh = prep::makeSurfaceMesh(read.mesh);
     EXPECT_TRUE(storage::checkSurfaceMesh(mesh).ok());
     EXPECT_GE(2 * mesh.edges.size(), 3 * mesh.triangles.size());
 }

@@ -14,7 +14,7 @@ namespace mote::test {
 namespace {
 
 constexpr std::array<std::array<int, 3>, 4> faces{{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-constexpr std::array<std::array<float, 3>, 4> corners{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+constexpr std::array<std::array<float, 3>, 4> sampleCorners{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 template <class T>
 void append(std::string& bytes, T value, bool bigEndian = false) {
@@ -30,7 +30,8 @@ std::string asciiStl() {
         text += "facet normal 0 0 0\n  outer loop\n";
         for (const int corner : face) {
             text += "    vertex";
-            for (const float x : corners[static_cast<std::size_t>(corner)]) text += " " + std::to_string(x);
+            for (const float x : sampleCorners[static_cast<std::size_t>(corner)])
+                text += " " + std::to_string(x);
             text += "\n";
         }
         text += "  endloop\nendfacet\n";
@@ -43,7 +44,7 @@ std::vector<std::array<glm::vec3, 3>> triangles() {
     for (const auto& face : faces) {
         auto& triangle = all.emplace_back();
         for (std::size_t i = 0; i < 3; ++i) {
-            const auto& corner = corners[static_cast<std::size_t>(face[i])];
+            const auto& corner = sampleCorners[static_cast<std::size_t>(face[i])];
             triangle[i] = {corner[0], corner[1], corner[2]};
         }
     }
@@ -70,7 +71,7 @@ std::string binaryPly(bool bigEndian) {
                         "property uchar red\nproperty double y\nproperty double z\n"
                         "element face 4\nproperty list ushort short vertex_index\nproperty float quality\n"
                         "element edge 1\nproperty list uchar float weights\nend_header\n";
-    for (const auto& corner : corners) {
+    for (const auto& corner : sampleCorners) {
         append(bytes, static_cast<double>(corner[0]), bigEndian);
         append(bytes, std::uint8_t{200});
         append(bytes, static_cast<double>(corner[1]), bigEndian);

@@ -12,7 +12,7 @@ namespace {
 
 using storage::MeshEdge;
 
-prep::TriangleMesh meshOf(const std::string& obj) {
+prep::TriangleMesh weldedMeshOf(const std::string& obj) {
     auto read = readBytes({"mesh.obj", obj});
     EXPECT_TRUE(read.ok());
     return std::move(read->mesh);
@@ -24,7 +24,7 @@ const std::string cube =
     "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 TEST(SurfaceTopology, ACubeHasFlatSidesAndClosedEdges) {
-    const auto mesh = prep::makeSurfaceMesh(meshOf(cube));
+    const auto mesh = prep::makeSurfaceMesh(weldedMeshOf(cube));
     ASSERT_TRUE(storage::checkSurfaceMesh(mesh).ok());
     EXPECT_EQ(mesh.triangles.size(), 12U);
     EXPECT_EQ(mesh.positions.size(), 24U) << "four corners a side, each with the side's own normal";
@@ -41,14 +41,14 @@ TEST(SurfaceTopology, ACubeHasFlatSidesAndClosedEdges) {
 TEST(SurfaceTopology, BordersAndFansAreEdgesOfOneTriangle) {
     // Three triangles at one edge, as leaves of a book.
     const auto mesh = prep::makeSurfaceMesh(
-        meshOf("v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"));
+        weldedMeshOf("v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"));
     EXPECT_EQ(mesh.edges.size(), 9U);
     for (const auto& edge : mesh.edges) EXPECT_EQ(edge.triangles[1], MeshEdge::none);
 }
 
 TEST(SurfaceTopology, ASmoothSurfaceSharesItsVertices) {
     const auto mesh =
-        prep::makeSurfaceMesh(meshOf("v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"));
+        prep::makeSurfaceMesh(weldedMeshOf("v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"));
     EXPECT_EQ(mesh.positions.size(), 4U);
     EXPECT_EQ(mesh.edges.size(), 5U);
     const auto inner = std::find_if(mesh.edges.begin(), mesh.edges.end(),
@@ -59,8 +59,8 @@ TEST(SurfaceTopology, ASmoothSurfaceSharesItsVertices) {
 
 TEST(SurfaceTopology, VerticesThatOnlyTouchAreApart) {
     // Two triangles with one corner in common.
-    const auto mesh =
-        prep::makeSurfaceMesh(meshOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n"));
+    const auto mesh = prep::makeSurfaceMesh(
+        weldedMeshOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n"));
     EXPECT_EQ(mesh.positions.size(), 6U);
 }
 

@@ -36,6 +36,10 @@ void expectClose(double found, double truth, const char* what) {
 
 /// x and y in cm, slopes, phase in rad, kinetic energy in MeV.
 using DstRow = std::array<double, 6>;
+using Astra = SourceTest;
+using ElegantHdf5 = SourceTest;
+using Genesis = SourceTest;
+using TraceWin = SourceTest;
 
 std::string dst(const std::vector<DstRow>& rows, double milliamperes, double megahertz, double mass) {
     std::string bytes =
@@ -56,12 +60,10 @@ std::vector<DstRow> dstRows(std::size_t count) {
     return rows;
 }
 
-TEST(TraceWin, unitsAreThoseOfParticles) {
-    const TempDir folder;
+TEST_F(TraceWin, unitsAreThoseOfParticles) {
     const auto rows = dstRows(20'000);  // more than a block of the reader
     constexpr double massMeV = 938.272, frequency = 352.2, current = 62.5;
     writeFile(folder / "out7.dst", dst(rows, current, frequency, massMeV));
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "out7.dst"}, progress);
     EXPECT_EQ(source->format(), "tracewin");
     EXPECT_EQ(source->steps()[0].iteration, 7);
@@ -94,12 +96,10 @@ TEST(TraceWin, unitsAreThoseOfParticles) {
     }
 }
 
-TEST(TraceWin, filesAreStepsInTheOrderOfTheirNumbers) {
-    const TempDir folder;
+TEST_F(TraceWin, filesAreStepsInTheOrderOfTheirNumbers) {
     for (const int i : {10, 2}) {
         writeFile(folder / ("part" + std::to_string(i) + ".dst"), dst({{1.0 * i, 0, 0, 0, 0, 1}}, 0, 1, 1));
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "part%T.dst"}, progress);
     ASSERT_EQ(source->steps().size(), 2u);
     EXPECT_THAT(column(*source, 1, Column::x), ElementsAre(0.1));
@@ -109,8 +109,7 @@ TEST(TraceWin, filesAreStepsInTheOrderOfTheirNumbers) {
     EXPECT_THAT(errorOf({folder / "part%T.dst"}), HasSubstr("particles of another mass"));
 }
 
-TEST(TraceWin, refusesWhatContradictsItself) {
-    const TempDir folder;
+TEST_F(TraceWin, refusesWhatContradictsItself) {
     const auto error = [&](const std::string& bytes) {
         writeFile(folder / "beam.dst", bytes);
         return errorOf({folder / "beam.dst"});
@@ -133,7 +132,6 @@ TEST(TraceWin, refusesWhatContradictsItself) {
     }
     // A negative energy has no momentum.
     writeFile(folder / "beam.dst", dst({{0, 0, 0, 0, 0, -0.1}}, 1, 1, 1));
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.dst"}, progress);
     EXPECT_TRUE(std::isnan(column(*source, 0, Column::pz)[0]));
 }
@@ -146,10 +144,8 @@ constexpr const char* astraText =
     "  5.0E-4  6.0E-4  1.0E-3  0.0D+0  0.0E+0  1.0E+4 -1.0E-3 -2.0E-3   1  -15\n"
     "  5.0E-4  6.0E-4  2.0E-3  0.0E+0  0.0E+0  0.0E+0  0.0E+0 -2.0E-3   1   -1\n";
 
-TEST(Astra, firstRowIsTheReferenceOfTheOthers) {
-    const TempDir folder;
+TEST_F(Astra, firstRowIsTheReferenceOfTheOthers) {
     writeFile(folder / "run.0150.001", astraText);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.0150.001"}, progress);
     EXPECT_EQ(source->format(), "astra");
     EXPECT_EQ(source->steps()[0].iteration, 150);
@@ -169,11 +165,9 @@ TEST(Astra, firstRowIsTheReferenceOfTheOthers) {
     EXPECT_THAT(tail[Column::z], ElementsAre(1.5 + 1e-3)) << "relative also without the first row";
 }
 
-TEST(Astra, filesAreStepsByPlaceAndOfOneSpecies) {
-    const TempDir folder;
+TEST_F(Astra, filesAreStepsByPlaceAndOfOneSpecies) {
     const std::string row = " 0 0 1 0 0 1E6 0 1 3 5\n";
     for (const char* name : {"run.0200.001", "run.0050.001", "run.1000.001"}) writeFile(folder / name, row);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.0200.001", folder / "run.0050.001", folder / "run.1000.001"}, progress);
     ASSERT_EQ(source->steps().size(), 3u);
     EXPECT_EQ(source->steps()[0].iteration, 50);
@@ -187,8 +181,7 @@ TEST(Astra, filesAreStepsByPlaceAndOfOneSpecies) {
     EXPECT_TRUE(progress.noted("mass of species 7"));
 }
 
-TEST(Astra, isFoundByItsContentAndRefusedByLine) {
-    const TempDir folder;
+TEST_F(Astra, isFoundByItsContentAndRefusedByLine) {
     const auto error = [&](const std::string& text, const char* format = "auto") {
         writeFile(folder / "beam.ini", text);
         proto::ParticlesJob job;
@@ -251,8 +244,7 @@ void writeGenesis(const std::filesystem::path& path, const std::vector<std::pair
     }
 }
 
-TEST(Genesis, slicesAreOneStepWithTheCurrentsCharge) {
-    const TempDir folder;
+TEST_F(Genesis, slicesAreOneStepWithTheCurrentsCharge) {
     Random random(2);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const std::vector<std::pair<int, GenesisSlice>> slices = {{1, genesisSlice(random, 40, 2000)},
@@ -260,7 +252,6 @@ TEST(Genesis, slicesAreOneStepWithTheCurrentsCharge) {
                                                               {3, genesisSlice(random, 8, nan)},
                                                               {5, genesisSlice(random, 24, 3000)}};
     writeGenesis(folder / "run.2.par.h5", slices, 0);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.2.par.h5"}, progress);
     EXPECT_EQ(source->format(), "genesis4");
     ASSERT_EQ(source->steps().size(), 1u);
@@ -297,8 +288,7 @@ TEST(Genesis, slicesAreOneStepWithTheCurrentsCharge) {
     EXPECT_EQ(column(*single, 0, Column::weight)[0], prep::elementaryCharge);
 }
 
-TEST(Genesis, refusesWhatContradictsItself) {
-    const TempDir folder;
+TEST_F(Genesis, refusesWhatContradictsItself) {
     Random random(2);
     GenesisSlice slice = genesisSlice(random, 4, 1);
     slice.gamma.pop_back();
@@ -335,10 +325,8 @@ void writeElegant(const std::filesystem::path& path, bool units) {
     }
 }
 
-TEST(ElegantHdf5, pagesAreStepsAsInSdds) {
-    const TempDir folder;
+TEST_F(ElegantHdf5, pagesAreStepsAsInSdds) {
     writeElegant(folder / "w1.h5", false);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "w1.h5"}, progress);
     EXPECT_EQ(source->format(), "elegant");
     ASSERT_EQ(source->steps().size(), 3u);
@@ -357,8 +345,7 @@ TEST(ElegantHdf5, pagesAreStepsAsInSdds) {
     EXPECT_THAT(column(*other, 0, Column::x), ElementsAre(1e-6, 2e-6));
 }
 
-TEST(ElegantHdf5, refusesWhatContradictsItself) {
-    const TempDir folder;
+TEST_F(ElegantHdf5, refusesWhatContradictsItself) {
     {
         H5TestFile file(folder / "w1.h5");
         file.data("/page1/columns/x", std::vector<double>{1, 2});

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "preprocess/readers/field_meaning.h"
-#include "preprocess/readers/known_formats.h"
+#include "preprocess/readers/known_files.h"
 #include "preprocess/readers/table/table_quantity.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/source_test.h"
@@ -167,9 +167,9 @@ TEST_F(ForeignTable, ofAFolderIsARun) {
     EXPECT_TRUE(progress_.noted("2 of the files are left out: "));
 }
 
-TEST(KnownFormat, isNamedWithAWayOut) {
+TEST(KnownFile, isNamedWithAWayOut) {
     const auto said = [](std::string begin, const char* name = "file") {
-        return prep::knownFormat(begin, name).value_or("");
+        return prep::knownFile(begin, name, prep::WantedAs::particles).value_or("");
     };
     EXPECT_THAT(said("root\x00\x01"), HasSubstr("is a ROOT file, which is not read as particles; uproot"));
     EXPECT_THAT(said(std::string(128, '\0') + "DICM"), HasSubstr("DICOM"));

@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/format_detection.h"
+#include "preprocess/readers/series_source.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/h5_test_file.h"
 #include "tests/unit/readers/source_test.h"
@@ -17,9 +17,10 @@ using prep::Column;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using Format = SourceTest;
+using H5Part = SourceTest;
 
-TEST(H5Part, readsStepsInTheOrderOfTheirNumbers) {
-    const TempDir folder;
+TEST_F(H5Part, readsStepsInTheOrderOfTheirNumbers) {
     {
         H5TestFile file(folder / "beam.h5");
         for (const int i : {10, 2, 1}) {
@@ -32,7 +33,6 @@ TEST(H5Part, readsStepsInTheOrderOfTheirNumbers) {
             file.attribute(step, "TIME", i * 1e-9);
         }
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.h5"}, progress);
     EXPECT_EQ(source->format(), "h5part");
     ASSERT_EQ(source->steps().size(), 3u);
@@ -46,8 +46,7 @@ TEST(H5Part, readsStepsInTheOrderOfTheirNumbers) {
     EXPECT_FALSE(source->has(Column::t));
 }
 
-TEST(H5Part, takesUnitsFromAttributes) {
-    const TempDir folder;
+TEST_F(H5Part, takesUnitsFromAttributes) {
     const auto write = [&](bool mass) {
         H5TestFile file(folder / "opal.h5");
         file.data("/Step#0/x", std::vector<double>{1000});
@@ -60,7 +59,6 @@ TEST(H5Part, takesUnitsFromAttributes) {
     EXPECT_THAT(errorOf({folder / "opal.h5"}),
                 HasSubstr("invalid_argument: opal.h5:/@pxUnit: is in units of m c"));
     write(true);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "opal.h5"}, progress);
     EXPECT_THAT(column(*source, 0, Column::x), ElementsAre(1.0));
     EXPECT_THAT(column(*source, 0, Column::px), ElementsAre(testing::DoubleNear(2 * 0.938e9, 1e-3)));
@@ -68,8 +66,7 @@ TEST(H5Part, takesUnitsFromAttributes) {
     EXPECT_TRUE(progress.notes.empty());
 }
 
-TEST(H5Part, refusesColumnsOfDifferentLengths) {
-    const TempDir folder;
+TEST_F(H5Part, refusesColumnsOfDifferentLengths) {
     {
         H5TestFile file(folder / "beam.h5");
         file.data("/Step#0/x", std::vector<double>{1, 2});
@@ -78,8 +75,7 @@ TEST(H5Part, refusesColumnsOfDifferentLengths) {
     EXPECT_THAT(errorOf({folder / "beam.h5"}), HasSubstr("corrupt: beam.h5:/Step#0/y: has 1 values"));
 }
 
-TEST(Format, ofAnInputThatIsNotReadIsNamedWithAWayOut) {
-    const TempDir folder;
+TEST_F(Format, ofAnInputThatIsNotReadIsNamedWithAWayOut) {
     std::filesystem::create_directory(folder / "run.bp");
     writeFile(folder / "run.bp" / "md.idx", "x");
     EXPECT_THAT(errorOf({folder / "run.bp"}),
@@ -105,8 +101,7 @@ TEST(Format, ofAnInputThatIsNotReadIsNamedWithAWayOut) {
     EXPECT_THAT(errorOf({folder / "pipe"}), HasSubstr("is not a regular file"));
 }
 
-TEST(Format, thatIsNamedGoesBeforeWhatTheFileLooksLike) {
-    const TempDir folder;
+TEST_F(Format, thatIsNamedGoesBeforeWhatTheFileLooksLike) {
     writeFile(folder / "beam.txt", "x y z px py pz\n1 2 3 4 5 6\n");
     proto::ParticlesJob job;
     job.set_format("openpmd");
@@ -125,8 +120,7 @@ TEST(Format, thatIsNamedGoesBeforeWhatTheFileLooksLike) {
     EXPECT_THAT(errorOf({folder / "beam.txt"}, job), HasSubstr("species: only openPMD files have species"));
 }
 
-TEST(Format, ofAllFilesIsOne) {
-    const TempDir folder;
+TEST_F(Format, ofAllFilesIsOne) {
     writeFile(folder / "a1.csv", "x,y\n1,2\n");
     {
         H5TestFile file(folder / "a2.h5");
@@ -136,8 +130,7 @@ TEST(Format, ofAllFilesIsOne) {
                 HasSubstr("a2.h5: is of another format than a1.csv"));
 }
 
-TEST(Format, ofAFolderIsThatOfMostFiles) {
-    const TempDir folder;
+TEST_F(Format, ofAFolderIsThatOfMostFiles) {
     writeFile(folder / "a.csv", "x,y\n1,2\n");
     writeFile(folder / "b.json", R"({"x": [1], "y": [2]})");
     EXPECT_THAT(errorOf({folder.path()}), HasSubstr("as many files of csv as of json; choose with --format"));

@@ -80,8 +80,8 @@ std::string wholeFile(const std::filesystem::path& path) {
     return bytesOf(path);
 }
 
-TEST(H5Damage, flippedBytesAreReadOrRefused) {
-    const TempDir folder;
+using H5Damage = SourceTest;
+TEST_F(H5Damage, flippedBytesAreReadOrRefused) {
     const std::filesystem::path path = folder / "run.h5";
     const std::string whole = wholeFile(path);
     ASSERT_EQ(attempt(path), Outcome::read);
@@ -106,8 +106,7 @@ TEST(H5Damage, flippedBytesAreReadOrRefused) {
     EXPECT_GT(refused, 50);
 }
 
-TEST(H5Damage, filesCutAnywhereAreReadOrRefused) {
-    const TempDir folder;
+TEST_F(H5Damage, filesCutAnywhereAreReadOrRefused) {
     const std::filesystem::path path = folder / "run.h5";
     const std::string whole = wholeFile(path);
     for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 150) {

@@ -8,7 +8,7 @@ namespace {
 
 /// What HDF5 returned, where that is no failure.
 template <class Id>
-Id must(Id result, const char* what) {
+Id checked(Id result, const char* what) {
     if (result < 0) throw std::runtime_error(std::string("HDF5 refused: ") + what);
     return result;
 }
@@ -19,7 +19,7 @@ H5TestFile::H5TestFile(const std::filesystem::path& path, hsize_t userBlock, boo
     const hid_t creation = H5Pcreate(H5P_FILE_CREATE), access = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_userblock(creation, userBlock);
     if (latest) H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
-    file_ = must(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access), "H5Fcreate");
+    file_ = checked(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access), "H5Fcreate");
     H5Pclose(creation);
     H5Pclose(access);
 }
@@ -33,16 +33,17 @@ void H5TestFile::group(const std::string& path) {
         at = path.find('/', at + 1);
         const std::string part = path.substr(0, at);
         if (H5Lexists(file_, part.c_str(), H5P_DEFAULT) > 0) continue;
-        H5Gclose(must(H5Gcreate2(file_, part.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "H5Gcreate"));
+        H5Gclose(
+            checked(H5Gcreate2(file_, part.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "H5Gcreate"));
     }
 }
 
 void H5TestFile::writeAttribute(const std::string& object, const char* name, hid_t type, hid_t space,
                                 const void* value) {
-    const hid_t at = must(H5Oopen(file_, object.c_str(), H5P_DEFAULT), "H5Oopen");
+    const hid_t at = checked(H5Oopen(file_, object.c_str(), H5P_DEFAULT), "H5Oopen");
     if (H5Aexists(at, name) > 0) H5Adelete(at, name);
-    const hid_t attribute = must(H5Acreate2(at, name, type, space, H5P_DEFAULT, H5P_DEFAULT), "H5Acreate");
-    must(H5Awrite(attribute, type, value), "H5Awrite");
+    const hid_t attribute = checked(H5Acreate2(at, name, type, space, H5P_DEFAULT, H5P_DEFAULT), "H5Acreate");
+    checked(H5Awrite(attribute, type, value), "H5Awrite");
     H5Aclose(attribute);
     H5Sclose(space);
     H5Oclose(at);
@@ -94,9 +95,10 @@ void H5TestFile::write(const std::string& path, hid_t type, const void* values,
     const std::vector<hsize_t> unlimited(extent.size(), H5S_UNLIMITED);
     const hid_t space =
         H5Screate_simple(static_cast<int>(extent.size()), extent.data(), grows ? unlimited.data() : nullptr);
-    const hid_t dataset =
-        must(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), "H5Dcreate");
-    if (values != nullptr) must(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "H5Dwrite");
+    const hid_t dataset = checked(
+        H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), "H5Dcreate");
+    if (values != nullptr)
+        checked(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "H5Dwrite");
     H5Dclose(dataset);
     H5Sclose(space);
 }

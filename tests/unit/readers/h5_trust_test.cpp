@@ -15,7 +15,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 const std::string species = "/data/1/particles/e";
-const std::string xPath = species + "/position/x";
+const std::string trustedPath = species + "/position/x";
 
 class H5Trust : public testing::Test {
   protected:
@@ -41,18 +41,18 @@ TEST_F(H5Trust, externalLinksAreNotFollowed) {
         H5TestFile other(folder_ / "other.h5");
         other.data("/x", std::vector<double>{1, 2});
     }
-    EXPECT_THAT(
-        errorWith([](H5TestFile& file) {
-            file.group(species + "/position");
-            ASSERT_GE(
-                H5Lcreate_external("other.h5", "/x", file.id(), xPath.c_str(), H5P_DEFAULT, H5P_DEFAULT), 0);
-        }),
-        AllOf(HasSubstr("unsupported: run.h5:" + xPath), HasSubstr("leads out of the file")));
+    EXPECT_THAT(errorWith([](H5TestFile& file) {
+                    file.group(species + "/position");
+                    ASSERT_GE(H5Lcreate_external("other.h5", "/x", file.id(), trustedPath.c_str(),
+                                                 H5P_DEFAULT, H5P_DEFAULT),
+                              0);
+                }),
+                AllOf(HasSubstr("unsupported: run.h5:" + trustedPath), HasSubstr("leads out of the file")));
     EXPECT_THAT(
         errorWith([](H5TestFile& file) {  // by way of a soft link
             file.group(species + "/position");
             ASSERT_GE(H5Lcreate_external("other.h5", "/", file.id(), "/out", H5P_DEFAULT, H5P_DEFAULT), 0);
-            ASSERT_GE(H5Lcreate_soft("/out/x", file.id(), xPath.c_str(), H5P_DEFAULT, H5P_DEFAULT), 0);
+            ASSERT_GE(H5Lcreate_soft("/out/x", file.id(), trustedPath.c_str(), H5P_DEFAULT, H5P_DEFAULT), 0);
         }),
         HasSubstr("unsupported: run.h5:/out: is a link that leads out"));
 }
@@ -79,7 +79,8 @@ TEST_F(H5Trust, loopsOfSoftLinksEnd) {
                     file.group(species + "/position");
                     ASSERT_GE(H5Lcreate_soft("/b", file.id(), "/a", H5P_DEFAULT, H5P_DEFAULT), 0);
                     ASSERT_GE(H5Lcreate_soft("/a", file.id(), "/b", H5P_DEFAULT, H5P_DEFAULT), 0);
-                    ASSERT_GE(H5Lcreate_soft("/a/x", file.id(), xPath.c_str(), H5P_DEFAULT, H5P_DEFAULT), 0);
+                    ASSERT_GE(
+                        H5Lcreate_soft("/a/x", file.id(), trustedPath.c_str(), H5P_DEFAULT, H5P_DEFAULT), 0);
                 }),
                 HasSubstr("go round in a circle"));
 }
@@ -89,7 +90,7 @@ TEST_F(H5Trust, dataInOtherFilesIsNotRead) {
     EXPECT_THAT(errorWith([&](H5TestFile& file) {
                     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
                     ASSERT_GE(H5Pset_external(creation, (folder_ / "secret").c_str(), 0, 80), 0);
-                    file.empty(xPath, {10}, creation);
+                    file.empty(trustedPath, {10}, creation);
                     H5Pclose(creation);
                 }),
                 HasSubstr("keeps its data in another file"));
@@ -98,7 +99,7 @@ TEST_F(H5Trust, dataInOtherFilesIsNotRead) {
                     const hsize_t ten = 10;
                     const hid_t space = H5Screate_simple(1, &ten, nullptr);
                     ASSERT_GE(H5Pset_virtual(creation, space, "other.h5", "/x", space), 0);
-                    file.empty(xPath, {10}, creation);
+                    file.empty(trustedPath, {10}, creation);
                     H5Sclose(space);
                     H5Pclose(creation);
                 }),
@@ -119,10 +120,10 @@ TEST_F(H5Trust, pluginFiltersAreRefused) {
         const hsize_t chunk = 2;
         H5Pset_chunk(creation, 1, &chunk);
         ASSERT_GE(H5Pset_filter(creation, 32768, 0, 0, nullptr), 0);
-        file.empty(xPath, {4}, creation);
+        file.empty(trustedPath, {4}, creation);
         H5Pclose(creation);
     });
-    EXPECT_THAT(error, AllOf(HasSubstr("unsupported: run.h5:" + xPath), HasSubstr("filter 32768"),
+    EXPECT_THAT(error, AllOf(HasSubstr("unsupported: run.h5:" + trustedPath), HasSubstr("filter 32768"),
                              HasSubstr("h5repack")));
     H5Zunregister(32768);
 }
@@ -130,16 +131,16 @@ TEST_F(H5Trust, pluginFiltersAreRefused) {
 TEST_F(H5Trust, sizesAreNotBelieved) {
     const std::string absurd = errorWith([](H5TestFile& file) {
         // Written late: the file declares 8 PB and holds nothing.
-        file.empty(xPath, {1'000'000'000'000'000});
+        file.empty(trustedPath, {1'000'000'000'000'000});
     });
-    EXPECT_THAT(absurd,
-                AllOf(HasSubstr("corrupt: run.h5:" + xPath), HasSubstr("declares 8000000000000000 bytes")));
+    EXPECT_THAT(absurd, AllOf(HasSubstr("corrupt: run.h5:" + trustedPath),
+                              HasSubstr("declares 8000000000000000 bytes")));
     const std::string chunked = errorWith([](H5TestFile& file) {
         const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
         const hsize_t chunk = 1000;
         H5Pset_chunk(creation, 1, &chunk);
         H5Pset_deflate(creation, 1);
-        file.empty(xPath, {1'000'000'000'000}, creation);
+        file.empty(trustedPath, {1'000'000'000'000}, creation);
         H5Pclose(creation);
     });
     EXPECT_THAT(chunked, HasSubstr("nothing was written to it"));
@@ -148,7 +149,7 @@ TEST_F(H5Trust, sizesAreNotBelieved) {
         const hsize_t chunk = 400'000'000;
         H5Pset_chunk(creation, 1, &chunk);
         H5Pset_deflate(creation, 1);
-        file.empty(xPath, {400'000'000}, creation);
+        file.empty(trustedPath, {400'000'000}, creation);
         H5Pclose(creation);
     });
     EXPECT_THAT(bigChunk, HasSubstr("chunks of 3200000000 bytes; at most 1 GiB is read"));
@@ -156,14 +157,14 @@ TEST_F(H5Trust, sizesAreNotBelieved) {
 
 TEST_F(H5Trust, tablesAndTextsAreNoColumns) {
     EXPECT_THAT(errorWith([](H5TestFile& file) {
-                    file.empty(xPath, {3, 4});
+                    file.empty(trustedPath, {3, 4});
                 }),
                 HasSubstr("is a table of several dimensions"));
     EXPECT_THAT(errorWith([](H5TestFile& file) {
                     file.group(species + "/position");
                     const hid_t type = H5Tcopy(H5T_C_S1);
                     const hid_t space = H5Screate(H5S_SCALAR);
-                    H5Dclose(H5Dcreate2(file.id(), xPath.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT,
+                    H5Dclose(H5Dcreate2(file.id(), trustedPath.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT,
                                         H5P_DEFAULT));
                     H5Sclose(space);
                     H5Tclose(type);
@@ -172,7 +173,7 @@ TEST_F(H5Trust, tablesAndTextsAreNoColumns) {
 }
 
 TEST_F(H5Trust, aFileThatIsCutShortIsAnError) {
-    errorWith([](H5TestFile& file) { file.data(xPath, std::vector<double>(1000, 1.0)); });
+    errorWith([](H5TestFile& file) { file.data(trustedPath, std::vector<double>(1000, 1.0)); });
     const auto size = std::filesystem::file_size(path());
     std::filesystem::resize_file(path(), size - 2000);
     EXPECT_THAT(errorOf({path()}), HasSubstr("corrupt: run.h5"));

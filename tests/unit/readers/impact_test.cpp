@@ -8,6 +8,7 @@
 
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/impact/impact_deck.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/source_test.h"
 
@@ -18,6 +19,8 @@ using prep::Column;
 using prep::ImpactDeck;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using ImpactT = SourceTest;
+using ImpactZ = SourceTest;
 
 constexpr double frequency = 1e9, mass = 500e6, energy = 100e6;
 
@@ -59,14 +62,13 @@ void writeGzip(const std::filesystem::path& path, std::string_view bytes) {
 TEST(ImpactDeck, isReadAsFortranReadsIt) {
     const TempDir folder;
     writeFile(folder / "ImpactZ.in", deckZ);
-    const auto deck = ImpactDeck::read(folder / "ImpactZ.in", ImpactDeck::Code::impactZ);
-    ASSERT_TRUE(deck.ok()) << deck.error().toString();
-    EXPECT_EQ(deck->particles, 1000);
-    EXPECT_EQ(deck->current, 0.05);
-    EXPECT_EQ(deck->kineticEnergy, 1e8);
-    EXPECT_EQ(deck->mass, 5e8);
-    EXPECT_EQ(deck->frequency, 1e9);
-    EXPECT_THAT(deck->dumps, ElementsAre(std::pair(101, 0.25), std::pair(102, 0.75))) << "nothing behind -99";
+    const auto deck = must(ImpactDeck::read(folder / "ImpactZ.in", ImpactDeck::Code::impactZ));
+    EXPECT_EQ(deck.particles, 1000);
+    EXPECT_EQ(deck.current, 0.05);
+    EXPECT_EQ(deck.kineticEnergy, 1e8);
+    EXPECT_EQ(deck.mass, 5e8);
+    EXPECT_EQ(deck.frequency, 1e9);
+    EXPECT_THAT(deck.dumps, ElementsAre(std::pair(101, 0.25), std::pair(102, 0.75))) << "nothing behind -99";
 }
 
 TEST(ImpactDeck, saysInWhichLineItIsWrong) {
@@ -110,13 +112,11 @@ constexpr const char* dump =
     "  0.1 0.02 0.3 0.04 0.5 0.06 -1.0E-9 -2.0E-15 1.0\n"
     "  -0.1D+0 0.0 +0.0 0.123-104 -.25 -6.D-2 -1.0E-9 -2.5D-15 0.2E+1\n";
 
-TEST(ImpactZ, turnsUnitsByDeckAndTrack) {
-    const TempDir folder;
+TEST_F(ImpactZ, turnsUnitsByDeckAndTrack) {
     writeFile(folder / "ImpactZ.in", deckZ);
     writeFile(folder / "fort.18", track);
     writeFile(folder / "fort.102", dump);
     writeGzip(folder / "fort.101.txt.gz", dump);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "fort.102", folder / "fort.101.txt.gz"}, progress);
     EXPECT_EQ(source->format(), "impactz");
     EXPECT_EQ(source->mass(), mass);
@@ -148,11 +148,9 @@ TEST(ImpactZ, turnsUnitsByDeckAndTrack) {
     EXPECT_TRUE(progress.noted("fort.18"));
 }
 
-TEST(ImpactZ, saysThatItTakesTheEnergyAtTheStart) {
-    const TempDir folder;
+TEST_F(ImpactZ, saysThatItTakesTheEnergyAtTheStart) {
     writeFile(folder / "ImpactZ.in", deckZ);
     writeFile(folder / "fort.101", dump);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "fort.101"}, progress);
     const double gamma = 1 + energy / mass + 0.06;
     EXPECT_NEAR(column(*source, 0, Column::pz)[1], mass * std::sqrt(gamma * gamma - 1), 1e-6);
@@ -165,8 +163,7 @@ TEST(ImpactZ, saysThatItTakesTheEnergyAtTheStart) {
     EXPECT_TRUE(other.noted("is not known at fort.999")) << "no such file in the deck";
 }
 
-TEST(ImpactZ, takesUnitsFromTheJobBeforeTheDeck) {
-    const TempDir folder;
+TEST_F(ImpactZ, takesUnitsFromTheJobBeforeTheDeck) {
     writeFile(folder / "beam.txt", dump);
     proto::ParticlesJob job;
     job.set_format("impactz");
@@ -177,7 +174,6 @@ TEST(ImpactZ, takesUnitsFromTheJobBeforeTheDeck) {
     job.mutable_impact()->set_mass(2 * mass);
     job.mutable_impact()->set_kinetic_energy(2 * mass);  // gamma 2
     writeFile(folder / "ImpactZ.in", deckZ);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.txt"}, progress, job);
     EXPECT_EQ(source->mass(), 2 * mass);
     EXPECT_NEAR(column(*source, 0, Column::x)[0], 0.1 * prep::speedOfLight / (M_PI * frequency), 1e-12);
@@ -186,24 +182,20 @@ TEST(ImpactZ, takesUnitsFromTheJobBeforeTheDeck) {
     EXPECT_THAT(errorOf({folder / "beam.txt"}, job), HasSubstr("impact.kinetic_energy: needs a number"));
 }
 
-TEST(ImpactZ, givesNoNumberToAParticleWhoseEnergyIsTooSmall) {
-    const TempDir folder;
+TEST_F(ImpactZ, givesNoNumberToAParticleWhoseEnergyIsTooSmall) {
     writeFile(folder / "ImpactZ.in", deckZ);
     writeFile(folder / "fort.101", "0 9.0 0 0 0 0 -1e-9 -2e-15 1\n");
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "fort.101"}, progress);
     EXPECT_TRUE(std::isnan(column(*source, 0, Column::pz)[0]));
 }
 
-TEST(ImpactZ, readsAnyRowsOfAGzippedFileInAnyOrder) {
-    const TempDir folder;
+TEST_F(ImpactZ, readsAnyRowsOfAGzippedFileInAnyOrder) {
     std::string text = " 3000 0.0 0.0\n";
     for (int i = 0; i < 3000; ++i) {
         text += std::to_string(i) + " 0 0 0 0 0 -1e-9 -1e-15 " + std::to_string(i + 1) + "\n";
     }
     writeFile(folder / "ImpactZ.in", deckZ);
     writeGzip(folder / "fort.101.gz", text);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "fort.101.gz"}, progress);
     ASSERT_EQ(source->steps()[0].particles, 3000u) << "the first line counts the rows";
     for (const std::uint64_t begin : {2500u, 0u, 100u, 99u}) {
@@ -214,8 +206,7 @@ TEST(ImpactZ, readsAnyRowsOfAGzippedFileInAnyOrder) {
     }
 }
 
-TEST(ImpactZ, namesLineAndColumnOfWhatIsWrong) {
-    const TempDir folder;
+TEST_F(ImpactZ, namesLineAndColumnOfWhatIsWrong) {
     writeFile(folder / "ImpactZ.in", deckZ);
     const auto error = [&](const std::string& text) {
         writeFile(folder / "fort.101", text);
@@ -242,12 +233,10 @@ TEST(ImpactZ, namesLineAndColumnOfWhatIsWrong) {
                 HasSubstr("corrupt: fort.102.gz: its gzip data is damaged"));
 }
 
-TEST(ImpactT, readsSixColumnsInTheirOwnUnits) {
-    const TempDir folder;
+TEST_F(ImpactT, readsSixColumnsInTheirOwnUnits) {
     writeFile(folder / "fort.50", "2\n 0.001 0.1 0.002 0.2 0.5 3.0\n-0.001 -0.1 0.0 0.0 0.6D0 2.0\n");
     proto::ParticlesJob job;
     job.set_format("impactt");
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "fort.50"}, progress, job);
     EXPECT_EQ(source->format(), "impactt");
     EXPECT_EQ(source->steps()[0].iteration, 50);
@@ -263,13 +252,11 @@ TEST(ImpactT, readsSixColumnsInTheirOwnUnits) {
     EXPECT_FALSE(source->has(Column::weight));
 }
 
-TEST(ImpactT, takesMassAndChargeFromItsDeck) {
-    const TempDir folder;
+TEST_F(ImpactT, takesMassAndChargeFromItsDeck) {
     writeFile(folder / "ImpactT.in",
               "!deck\n1 1\n1e-12 1000 1\n6 200 1 0 1 0 0.02\n32 32 32 1 0.1 0.1 0.1\n1 0 0 100 1e-9\n"
               "7*0\n7*0\n7*0\n0.4 1.0 0.938e9 1.0 2e9 0.0\n");
     writeFile(folder / "fort.40", "0 0 0 0 0 1\n");
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "fort.40"}, progress);  // found by its deck
     EXPECT_EQ(source->format(), "impactt");
     EXPECT_EQ(source->mass(), 0.938e9);

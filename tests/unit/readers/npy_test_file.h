@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/support/random.h"
+
 namespace mote::test {
 
 /// A file with this header, whatever it says.
@@ -43,6 +45,12 @@ std::string packed(std::initializer_list<double> values, bool bigEndian = false)
 /// An array of doubles: "(3,)", "(2, 3)".
 inline std::string doubles(const std::string& shape, const std::vector<double>& values) {
     return npy("{'descr': '<f8', 'fortran_order': False, 'shape': " + shape + ", }", packed<double>(values));
+}
+
+inline std::vector<double> randomValues(Random& random, std::size_t count) {
+    std::vector<double> values(count);
+    for (double& value : values) value = random.between(-1e3, 1e3);
+    return values;
 }
 
 }  // namespace mote::test

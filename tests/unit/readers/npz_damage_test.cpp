@@ -14,12 +14,7 @@ namespace {
 
 using prep::Column;
 using testing::HasSubstr;
-
-std::vector<double> randomValues(Random& random, std::size_t count) {
-    std::vector<double> values(count);
-    for (double& value : values) value = random.between(-1e3, 1e3);
-    return values;
-}
+using Npz = SourceTest;
 
 /// Every array that the reader understands, packed and not.
 std::string variedArchive() {
@@ -65,8 +60,7 @@ std::string everything(const std::filesystem::path& path) {
     return all;
 }
 
-TEST(Npz, thatIsCutAnywhereIsRefused) {
-    const TempDir folder;
+TEST_F(Npz, thatIsCutAnywhereIsRefused) {
     const std::string whole = variedArchive();
     for (std::size_t length = 4; length < whole.size(); ++length) {
         writeFile(folder / "beam.npz", std::string_view(whole).substr(0, length));
@@ -74,8 +68,7 @@ TEST(Npz, thatIsCutAnywhereIsRefused) {
     }
 }
 
-TEST(Npz, withAnyBitFlippedSaysTheSameOrIsRefused) {
-    const TempDir folder;
+TEST_F(Npz, withAnyBitFlippedSaysTheSameOrIsRefused) {
     const std::string whole = variedArchive();
     writeFile(folder / "beam.npz", whole);
     const std::string truth = everything(folder / "beam.npz");
@@ -97,10 +90,8 @@ TEST(Npz, withAnyBitFlippedSaysTheSameOrIsRefused) {
     EXPECT_GT(refused, static_cast<int>(whole.size()) * 4 / 5);
 }
 
-TEST(Npz, isNotReadOnceItsJobIsCancelled) {
-    const TempDir folder;
+TEST_F(Npz, isNotReadOnceItsJobIsCancelled) {
     writeFile(folder / "beam.npz", variedArchive());
-    NoteKeeper progress;
     progress.cancel = true;
     const auto source = openFiles({folder / "beam.npz"}, progress);
     ASSERT_FALSE(source.ok());

@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 
+#include "tests/support/must.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/npy_test_file.h"
@@ -17,15 +18,10 @@ namespace {
 using prep::Column;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using Npz = SourceTest;
 
 std::string tuple(std::size_t n) {
     return "(" + std::to_string(n) + ",)";
-}
-
-std::vector<double> randomValues(Random& random, std::size_t count) {
-    std::vector<double> values(count);
-    for (double& value : values) value = random.between(-1e3, 1e3);
-    return values;
 }
 
 ZipTestFile::Form packedForm() {
@@ -40,8 +36,7 @@ std::string errorOfArchive(const TempDir& folder, const std::string& bytes) {
     return errorOf({folder / "beam.npz"});
 }
 
-TEST(Npz, readsAnyRowsOfColumnsByName) {
-    const TempDir folder;
+TEST_F(Npz, readsAnyRowsOfColumnsByName) {
     Random random(1);
     constexpr std::size_t rows = 40'000;  // 320 kB a column: more than any buffer on the way
     const auto x = randomValues(random, rows), px = randomValues(random, rows),
@@ -66,8 +61,8 @@ TEST(Npz, readsAnyRowsOfColumnsByName) {
                 form);
         zip.add("readme.txt", "not an array", form);
         writeFile(folder / "beam.npz", zip.bytes());
-        NoteKeeper progress;
-        MOTE_OPEN(source, {folder / "beam.npz"}, progress);
+        NoteKeeper notes;
+        MOTE_OPEN(source, {folder / "beam.npz"}, notes);
         EXPECT_EQ(source->format(), "npz");
         EXPECT_EQ(source->mass(), 938.0);
         ASSERT_EQ(source->steps().size(), 1u);
@@ -76,14 +71,12 @@ TEST(Npz, readsAnyRowsOfColumnsByName) {
         EXPECT_EQ(source->steps()[0].particles, rows);
         EXPECT_FALSE(source->has(Column::t));
         EXPECT_FALSE(source->has(Column::y));
-        EXPECT_THAT(progress.notes, testing::ElementsAre("no unit is given for x: taken as m"));
+        EXPECT_THAT(notes.notes, testing::ElementsAre("no unit is given for x: taken as m"));
         for (int round = 0; round < 30; ++round) {
             const std::size_t begin = random.below(rows);
             const std::size_t count = round == 0 ? rows - begin : random.below(rows - begin + 1);
             prep::ParticleChunk chunk;
-            const auto status =
-                source->read(0, begin, count, {Column::px, Column::x, Column::id, Column::weight}, chunk);
-            ASSERT_TRUE(status.ok()) << status.error().toString();
+            must(source->read(0, begin, count, {Column::px, Column::x, Column::id, Column::weight}, chunk));
             for (std::size_t i = 0; i < count; ++i) {
                 ASSERT_EQ(chunk[Column::x][i], x[begin + i]);
                 ASSERT_EQ(chunk[Column::px][i], px[begin + i] * 1e3);
@@ -94,8 +87,7 @@ TEST(Npz, readsAnyRowsOfColumnsByName) {
     }
 }
 
-TEST(Npz, readsStepsOfArraysWithTwoDimensions) {
-    const TempDir folder;
+TEST_F(Npz, readsStepsOfArraysWithTwoDimensions) {
     ZipTestFile zip;
     zip.add("x.npy", doubles("(2, 3)", {1, 2, 3, 4, 5, 6}));
     zip.add("y.npy", npy("{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3), }",
@@ -112,7 +104,6 @@ TEST(Npz, readsStepsOfArraysWithTwoDimensions) {
     zip.add("lost.npy", npy("{'descr': '|b1', 'fortran_order': False, 'shape': (2, 3), }",
                             packed<std::uint8_t>({0., 0., 0., 0., 1., 0.})));
     writeFile(folder / "beam.npz", zip.bytes());
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.npz"}, progress);
     ASSERT_EQ(source->steps().size(), 2u);
     EXPECT_EQ(source->steps()[1].iteration, 300);
@@ -128,8 +119,7 @@ TEST(Npz, readsStepsOfArraysWithTwoDimensions) {
     EXPECT_THAT(chunkOf(*source, 1, {}).lost, ElementsAre(0, 1, 0));
 }
 
-TEST(Npz, ofSeveralFilesIsOneRunInTheOrderOfIterations) {
-    const TempDir folder;
+TEST_F(Npz, ofSeveralFilesIsOneRunInTheOrderOfIterations) {
     const auto write = [&](const char* name, double iteration, double x) {
         ZipTestFile zip;
         zip.add("x.npy", doubles("(1,)", {x}));
@@ -140,7 +130,6 @@ TEST(Npz, ofSeveralFilesIsOneRunInTheOrderOfIterations) {
     write("a1.npz", 30, 3);
     write("a2.npz", 10, 1);
     write("a3.npz", 20, 2);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "a%T.npz"}, progress);
     ASSERT_EQ(source->steps().size(), 3u);
     for (int i = 0; i < 3; ++i) {
@@ -150,9 +139,7 @@ TEST(Npz, ofSeveralFilesIsOneRunInTheOrderOfIterations) {
     }
 }
 
-TEST(Npz, readsArraysWithoutKnownNamesAndNamedFields) {
-    const TempDir folder;
-    NoteKeeper progress;
+TEST_F(Npz, readsArraysWithoutKnownNamesAndNamedFields) {
     ZipTestFile places;
     places.add("arr_0.npy", doubles("(2, 3)", {1, 2, 3, 4, 5, 6}), packedForm());
     places.add("mass.npy", doubles("()", {5e5}));
@@ -173,14 +160,12 @@ TEST(Npz, readsArraysWithoutKnownNamesAndNamedFields) {
     EXPECT_THAT(column(*records, 0, Column::py), ElementsAre(2, 4));
 }
 
-TEST(Npz, readsMomentaInUnitsOfItsOwnMass) {
-    const TempDir folder;
+TEST_F(Npz, readsMomentaInUnitsOfItsOwnMass) {
     ZipTestFile zip;
     zip.add("pz (m c).npy", doubles("(1,)", {2}));
     EXPECT_THAT(errorOfArchive(folder, zip.bytes()), HasSubstr("give the particle's mass"));
     zip.add("Mass.npy", doubles("(1,)", {500}));
     EXPECT_EQ(errorOfArchive(folder, zip.bytes()), "");
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.npz"}, progress);
     EXPECT_THAT(column(*source, 0, Column::pz), ElementsAre(1000));
     proto::ParticlesJob job;
@@ -189,12 +174,11 @@ TEST(Npz, readsMomentaInUnitsOfItsOwnMass) {
     EXPECT_THAT(column(*other, 0, Column::pz), ElementsAre(14));
 }
 
-TEST(Npz, ofEveryFormOfArchiveIsRead) {
-    const TempDir folder;
+TEST_F(Npz, ofEveryFormOfArchiveIsRead) {
     const auto check = [&](const std::string& bytes) {
         ASSERT_EQ(errorOfArchive(folder, bytes), "");
-        NoteKeeper progress;
-        MOTE_OPEN(source, {folder / "beam.npz"}, progress);
+        NoteKeeper notes;
+        MOTE_OPEN(source, {folder / "beam.npz"}, notes);
         EXPECT_THAT(column(*source, 0, Column::x), ElementsAre(1, 2));
         EXPECT_THAT(column(*source, 0, Column::y), ElementsAre(3, 4));
     };
@@ -212,9 +196,8 @@ TEST(Npz, ofEveryFormOfArchiveIsRead) {
     }
 }
 
-TEST(Npz, ofPythonsOwnWriterIsRead) {
+TEST_F(Npz, ofPythonsOwnWriterIsRead) {
     if (std::system("python3 -c 'import zipfile' 2>/dev/null") != 0) GTEST_SKIP() << "no python3 here";
-    const TempDir folder;
     writeFile(folder / "write.py", R"(
 import io, struct, sys, zipfile
 values = [0.5 * i for i in range(1000)]
@@ -239,8 +222,8 @@ except ImportError:
                                 (folder / "a.npz").string() + " " + (folder / "b.npz").string();
     ASSERT_EQ(std::system(command.c_str()), 0);
     for (const char* name : {"a.npz", "b.npz"}) {
-        NoteKeeper progress;
-        MOTE_OPEN(source, {folder / name}, progress);
+        NoteKeeper notes;
+        MOTE_OPEN(source, {folder / name}, notes);
         EXPECT_EQ(source->steps()[0].time, 1e-9);
         const auto x = column(*source, 0, Column::x), y = column(*source, 0, Column::y);
         ASSERT_EQ(x.size(), 1000u);
@@ -251,8 +234,7 @@ except ImportError:
     }
 }
 
-TEST(Npz, refusesArraysThatContradictEachOther) {
-    const TempDir folder;
+TEST_F(Npz, refusesArraysThatContradictEachOther) {
     const auto error = [&](const std::vector<std::pair<const char*, std::string>>& arrays) {
         ZipTestFile zip;
         for (const auto& [name, content] : arrays) zip.add(name + std::string(".npy"), content);
@@ -289,8 +271,7 @@ TEST(Npz, refusesArraysThatContradictEachOther) {
     EXPECT_THAT(error({}), HasSubstr("is a zip archive without arrays"));
 }
 
-TEST(Npz, refusesArchivesThatLie) {
-    const TempDir folder;
+TEST_F(Npz, refusesArchivesThatLie) {
     const std::string array = doubles("(2,)", {1, 2});
     const auto error = [&](auto change) {
         ZipTestFile zip;

@@ -17,9 +17,9 @@ namespace {
 using prep::Column;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using Openpmd = SourceTest;
 
-TEST(Openpmd, ordersIterationsOfOneFileByNumber) {
-    const TempDir folder;
+TEST_F(Openpmd, ordersIterationsOfOneFileByNumber) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -27,7 +27,6 @@ TEST(Openpmd, ordersIterationsOfOneFileByNumber) {
             writeParticles(file, "/data/" + std::to_string(i) + "/particles/e", i);
         file.group("/data/notes");
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     ASSERT_EQ(source->steps().size(), 3u);
     EXPECT_EQ(source->steps()[0].iteration, 3);
@@ -36,8 +35,7 @@ TEST(Openpmd, ordersIterationsOfOneFileByNumber) {
     EXPECT_THAT(column(*source, 0, Column::x), near({0.004, 0.005, 0.006}));
 }
 
-TEST(Openpmd, takesSeveralFilesAsOneSeries) {
-    const TempDir folder;
+TEST_F(Openpmd, takesSeveralFilesAsOneSeries) {
     for (const int i : {10, 9, 200}) {
         H5TestFile file(folder / ("run_" + std::to_string(i) + ".h5"));
         writeRoot(file, "/data/%T/", "particles/");
@@ -45,7 +43,6 @@ TEST(Openpmd, takesSeveralFilesAsOneSeries) {
         file.text("/", "iterationFormat", "run_%T.h5");
         writeParticles(file, "/data/" + std::to_string(i) + "/particles/e", i);
     }
-    NoteKeeper progress;
     MOTE_OPEN(named, {folder / "run_200.h5", folder / "run_10.h5", folder / "run_9.h5"}, progress);
     MOTE_OPEN(listed, {folder / "run_%T.h5"}, progress);
     for (auto* source : {named.get(), listed.get()}) {
@@ -58,8 +55,7 @@ TEST(Openpmd, takesSeveralFilesAsOneSeries) {
     EXPECT_THAT(errorOf({folder / "other_%T.h5"}), HasSubstr("not_found: other_%T.h5"));
 }
 
-TEST(Openpmd, choosesASpecies) {
-    const TempDir folder;
+TEST_F(Openpmd, choosesASpecies) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -73,7 +69,6 @@ TEST(Openpmd, choosesASpecies) {
     job.set_species("muons");
     EXPECT_THAT(errorOf({folder / "run.h5"}, job), HasSubstr("holds no species 'muons' but electrons, ions"));
     job.set_species("ions");
-    NoteKeeper progress;
     MOTE_OPEN(ions, {folder / "run.h5"}, progress, job);
     EXPECT_THAT(column(*ions, 0, Column::x), near({0.006, 0.007, 0.008}));
     ASSERT_EQ(ions->steps().size(), 3u);
@@ -86,8 +81,7 @@ TEST(Openpmd, choosesASpecies) {
     EXPECT_NEAR(electrons->mass(), prep::electronMass, 1.0) << "after the group's name";
 }
 
-TEST(Openpmd, survivesASpeciesWithoutParticles) {
-    const TempDir folder;
+TEST_F(Openpmd, survivesASpeciesWithoutParticles) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -96,29 +90,26 @@ TEST(Openpmd, survivesASpeciesWithoutParticles) {
         file.data("/data/2/particles/e/position/x", std::vector<double>{4});
         file.data("/data/2/particles/e/position/y", std::vector<double>{5});
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_EQ(source->steps()[0].particles, 0u);
     EXPECT_THAT(column(*source, 0, Column::x), ElementsAre());
     EXPECT_THAT(column(*source, 1, Column::y), ElementsAre(5));
 }
 
-TEST(Openpmd, hasAColumnWhereEveryStepHasIt) {
-    const TempDir folder;
+TEST_F(Openpmd, hasAColumnWhereEveryStepHasIt) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
         writeParticles(file, "/data/1/particles/e");
         file.data("/data/2/particles/e/position/x", std::vector<double>{4});
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_TRUE(source->has(Column::x));
     EXPECT_FALSE(source->has(Column::y));
     EXPECT_FALSE(source->has(Column::px));
 }
 
-TEST(Openpmd, saysWhatWeightsCountWhereAllStepsAgree) {
+TEST_F(Openpmd, saysWhatWeightsCountWhereAllStepsAgree) {
     struct Case {
         const char *first, *second, *unit;
         bool noted;
@@ -126,24 +117,23 @@ TEST(Openpmd, saysWhatWeightsCountWhereAllStepsAgree) {
     for (const auto& [first, second, unit, noted] :
          {Case{"weighting", "weighting", "1", false}, Case{"weight", "weight", "C", false},
           Case{"weighting", "other", "", false}, Case{"weighting", "weight", "", true}}) {
-        const TempDir folder;
+        const TempDir own;
         {
-            H5TestFile file(folder / "run.h5");
+            H5TestFile file(own / "run.h5");
             writeRoot(file, "/data/%T/", "particles/");
             for (const std::string species : {"/data/1/particles/e/", "/data/2/particles/e/"}) {
                 writeParticles(file, species.substr(0, species.size() - 1));
                 file.data(species + (species[6] == '1' ? first : second), std::vector<double>{7, 8, 9});
             }
         }
-        NoteKeeper progress;
-        MOTE_OPEN(source, {folder / "run.h5"}, progress);
+        NoteKeeper notes;
+        MOTE_OPEN(source, {own / "run.h5"}, notes);
         EXPECT_EQ(source->weightUnit(), unit) << first << ' ' << second;
-        EXPECT_EQ(progress.noted("weights count real particles in some steps and charge in others"), noted);
+        EXPECT_EQ(notes.noted("weights count real particles in some steps and charge in others"), noted);
     }
 }
 
-TEST(Openpmd, followsLinksWithinTheFile) {
-    const TempDir folder;
+TEST_F(Openpmd, followsLinksWithinTheFile) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -153,15 +143,13 @@ TEST(Openpmd, followsLinksWithinTheFile) {
         ASSERT_GE(H5Lcreate_soft("../1", file.id(), "/data/2", H5P_DEFAULT, H5P_DEFAULT), 0);
         ASSERT_GE(H5Lcreate_soft("1", file.id(), "/data/3", H5P_DEFAULT, H5P_DEFAULT), 0);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     ASSERT_EQ(source->steps().size(), 2u) << "HDF5 knows no '..', and a link to nothing is no iteration";
     EXPECT_THAT(column(*source, 1, Column::x), near({0.001, 0.002, 0.003}));
 }
 
 /// A beam as ImpactX writes it: path length in place of time, relative to the reference particle.
-TEST(Openpmd, readsABeamRelativeToAReferenceParticle) {
-    const TempDir folder;
+TEST_F(Openpmd, readsABeamRelativeToAReferenceParticle) {
     const double gamma = 5.0, betaGamma = std::sqrt(24.0), kilogram = 9.1093837015e-31;
     {
         H5TestFile file(folder / "monitor.h5");
@@ -182,7 +170,6 @@ TEST(Openpmd, readsABeamRelativeToAReferenceParticle) {
         file.attribute(beam, "mass_ref", kilogram);
         file.attribute(beam, "t_ref", 29.9792458);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "monitor.h5"}, progress);
     const double mass = kilogram * prep::speedOfLight * prep::speedOfLight / prep::elementaryCharge;
     EXPECT_NEAR(source->mass(), mass, 1e-9 * mass);
@@ -201,8 +188,7 @@ TEST(Openpmd, readsABeamRelativeToAReferenceParticle) {
     EXPECT_NEAR(pz[1], mass * std::sqrt(gamma1 * gamma1 - 1 - py1 * py1), 1e-9 * mass);
 }
 
-TEST(Openpmd, saysWhatIsMissingAndWhere) {
-    const TempDir folder;
+TEST_F(Openpmd, saysWhatIsMissingAndWhere) {
     const auto written = [&](const auto& fill) {
         {
             H5TestFile file(folder / "run.h5");
@@ -250,14 +236,12 @@ TEST(Openpmd, saysWhatIsMissingAndWhere) {
                 HasSubstr("@unitSI: is no number"));
 }
 
-TEST(Openpmd, stopsWhenCancelled) {
-    const TempDir folder;
+TEST_F(Openpmd, stopsWhenCancelled) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
         writeParticles(file, "/data/1/particles/e");
     }
-    NoteKeeper progress;
     progress.cancel = true;
     const auto source = openFiles({folder / "run.h5"}, progress);
     ASSERT_FALSE(source.ok());

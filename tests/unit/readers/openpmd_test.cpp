@@ -17,6 +17,7 @@ namespace {
 using prep::Column;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using Openpmd = SourceTest;
 
 struct Paths {
     const char* basePath;
@@ -56,21 +57,18 @@ INSTANTIATE_TEST_SUITE_P(
                     Paths{"", "", "/beam", 0}, Paths{"data/%T/", "particles/", "/data/3/particles/e", 3},
                     Paths{"/data/", "particles/", "/data/particles/e", 0}));
 
-TEST(Openpmd, takesStandardPathsWhereTheFileNamesNone) {
-    const TempDir folder;
+TEST_F(Openpmd, takesStandardPathsWhereTheFileNamesNone) {
     {
         H5TestFile file(folder / "run.h5");
         file.variableText("/", "openPMD", "2.0.0");
         writeParticles(file, "/data/5/particles/e");
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_EQ(source->format(), "openpmd");
     EXPECT_EQ(source->steps().at(0).iteration, 5);
 }
 
-TEST(Openpmd, readsAttributesInEveryForm) {
-    const TempDir folder;
+TEST_F(Openpmd, readsAttributesInEveryForm) {
     {
         H5TestFile file(folder / "run.h5");
         file.variableText("/", "openPMD", "1.0.1", true);  // an array of one text of variable length
@@ -87,7 +85,6 @@ TEST(Openpmd, readsAttributesInEveryForm) {
         file.attribute("/data/1", "time", std::vector<double>{3.0});
         file.attribute("/data/1", "timeUnitSI", 1e-9);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_THAT(column(*source, 0, Column::x), near({1e-6, 2e-6, 3e-6}));
     EXPECT_THAT(column(*source, 0, Column::y), near({11, 12, 13}));
@@ -97,8 +94,7 @@ TEST(Openpmd, readsAttributesInEveryForm) {
 
 /// Texts of variable length are read by our own code: behind a user block, in both formats of the file, among
 /// many.
-TEST(Openpmd, readsTextsWhereverTheyLie) {
-    const TempDir folder;
+TEST_F(Openpmd, readsTextsWhereverTheyLie) {
     for (const hsize_t userBlock : {0, 2048}) {
         for (const bool latest : {false, true}) {
             {
@@ -113,8 +109,8 @@ TEST(Openpmd, readsTextsWhereverTheyLie) {
                 writeParticles(file, "/run/8/e");
                 file.variableText("/run/8/e", "speciesType", "proton");
             }
-            NoteKeeper progress;
-            MOTE_OPEN(source, {folder / "run.h5"}, progress);
+            NoteKeeper notes;
+            MOTE_OPEN(source, {folder / "run.h5"}, notes);
             EXPECT_EQ(source->steps().at(0).iteration, 8);
             EXPECT_NEAR(source->mass(), 938.272e6, 1e3);
             EXPECT_THAT(column(*source, 0, Column::x), near({0.001, 0.002, 0.003}));
@@ -122,8 +118,7 @@ TEST(Openpmd, readsTextsWhereverTheyLie) {
     }
 }
 
-TEST(Openpmd, addsOffsetsEachInItsOwnUnit) {
-    const TempDir folder;
+TEST_F(Openpmd, addsOffsetsEachInItsOwnUnit) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -137,7 +132,6 @@ TEST(Openpmd, addsOffsetsEachInItsOwnUnit) {
         file.attribute(e + "/time", "unitSI", 1e-12);
         file.constant(e + "/timeOffset", 5.0, 3, 1e-9);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_THAT(column(*source, 0, Column::x), near({5.001, 10.002, 15.003}));
     EXPECT_THAT(column(*source, 0, Column::y), near({0.011, 0.012, 0.013}));
@@ -147,8 +141,7 @@ TEST(Openpmd, addsOffsetsEachInItsOwnUnit) {
     EXPECT_DOUBLE_EQ(source->steps()[0].time, 5e-9) << "the offset, where the iteration names no time";
 }
 
-TEST(Openpmd, readsConstantsWhateverFormTheirShapeHas) {
-    const TempDir folder;
+TEST_F(Openpmd, readsConstantsWhateverFormTheirShapeHas) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -161,7 +154,6 @@ TEST(Openpmd, readsConstantsWhateverFormTheirShapeHas) {
         file.group(e + "/weighting");
         file.attribute(e + "/weighting", "value", 6.0);  // without a shape it fits any number of rows
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_THAT(column(*source, 0, Column::x), ElementsAre(1, 2));
     EXPECT_THAT(column(*source, 0, Column::y), ElementsAre(2.5, 2.5));
@@ -172,8 +164,7 @@ TEST(Openpmd, readsConstantsWhateverFormTheirShapeHas) {
     EXPECT_FALSE(source->has(Column::id));
 }
 
-TEST(Openpmd, turnsMacroParticlesIntoSingleOnes) {
-    const TempDir folder;
+TEST_F(Openpmd, turnsMacroParticlesIntoSingleOnes) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -189,7 +180,6 @@ TEST(Openpmd, turnsMacroParticlesIntoSingleOnes) {
         file.attribute(e + "/mass", "macroWeighted", std::int64_t{1});
         file.attribute(e + "/mass", "weightingPower", 1.0);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_THAT(column(*source, 0, Column::px), near({10, 10, 6}));
     EXPECT_THAT(column(*source, 0, Column::py), near({1.1, 0.525, 0.124}));
@@ -200,8 +190,7 @@ TEST(Openpmd, turnsMacroParticlesIntoSingleOnes) {
     EXPECT_TRUE(progress.notes.empty());
 }
 
-TEST(Openpmd, takesTheMagnitudeOfAChargeAsWeight) {
-    const TempDir folder;
+TEST_F(Openpmd, takesTheMagnitudeOfAChargeAsWeight) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -212,7 +201,6 @@ TEST(Openpmd, takesTheMagnitudeOfAChargeAsWeight) {
         file.data(beam + "/particleStatus", std::vector<std::int64_t>{1, 3, 0});
         file.variableText(beam, "speciesType", "Hminus");
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     const auto chunk = chunkOf(*source, 0, {Column::weight, Column::id});
     EXPECT_THAT(chunk[Column::weight], near({1e-12, 2e-12, 3e-12}));
@@ -221,8 +209,7 @@ TEST(Openpmd, takesTheMagnitudeOfAChargeAsWeight) {
     EXPECT_NEAR(source->mass(), 939.294e6, 1e3);
 }
 
-TEST(Openpmd, keepsIdsOf64Bits) {
-    const TempDir folder;
+TEST_F(Openpmd, keepsIdsOf64Bits) {
     const std::vector<std::uint64_t> ids = {18446744073709551615u, 9223372036854775809u, 9007199254740993u};
     {
         H5TestFile file(folder / "run.h5");
@@ -230,13 +217,11 @@ TEST(Openpmd, keepsIdsOf64Bits) {
         writeParticles(file, "/data/1/particles/e");
         file.data("/data/1/particles/e/id", ids);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_EQ(chunkOf(*source, 0, {Column::id}).id, ids);
 }
 
-TEST(Openpmd, computesPzFromTheTotalMomentum) {
-    const TempDir folder;
+TEST_F(Openpmd, computesPzFromTheTotalMomentum) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/data/%T/", "particles/");
@@ -249,14 +234,12 @@ TEST(Openpmd, computesPzFromTheTotalMomentum) {
         file.attribute(e + "/totalMomentum", "unitSI", electronvolt);
         file.constant(e + "/totalMomentumOffset", 4.0, 2, electronvolt);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     EXPECT_THAT(column(*source, 0, Column::pz), near({4, 12}));
     EXPECT_FALSE(source->has(Column::x));
 }
 
-TEST(Openpmd, readsInPiecesWhatIsGzippedInChunks) {
-    const TempDir folder;
+TEST_F(Openpmd, readsInPiecesWhatIsGzippedInChunks) {
     std::vector<double> values(10'000);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::sin(static_cast<double>(i));
     {
@@ -264,7 +247,6 @@ TEST(Openpmd, readsInPiecesWhatIsGzippedInChunks) {
         writeRoot(file, "/data/%T/", "particles/");
         file.gzipped("/data/1/particles/e/position/x", values, 333);
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     std::vector<double> read;
     for (std::uint64_t begin = 0; begin < values.size(); begin += 777) {

@@ -16,6 +16,7 @@ namespace mote::test {
 namespace {
 
 using prep::Column;
+using RealFiles = SourceTest;
 
 const std::filesystem::path particles = std::filesystem::path(MOTE_SHARED_DATA) / "particles";
 
@@ -42,9 +43,8 @@ double sum(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-TEST(RealFiles, astraScreens) {
+TEST_F(RealFiles, astraScreens) {
     MOTE_NEEDS(particles / "astra_particles.h5");
-    NoteKeeper progress;
     MOTE_OPEN(source, {particles / "astra_particles.h5"}, progress);
     EXPECT_EQ(source->format(), "openpmd");
     EXPECT_EQ(source->mass(), prep::electronMass);
@@ -69,9 +69,8 @@ TEST(RealFiles, astraScreens) {
     expectRange(column(*source, 0, Column::pz), 872110.0 - 14.589, 872110.0 + 2.8457);
 }
 
-TEST(RealFiles, bmadBeam) {
+TEST_F(RealFiles, bmadBeam) {
     MOTE_NEEDS(particles / "bmad_particles.h5");
-    NoteKeeper progress;
     MOTE_OPEN(source, {particles / "bmad_particles.h5"}, progress);
     ASSERT_EQ(source->steps().size(), 1u);
     EXPECT_EQ(source->steps()[0].iteration, 1);
@@ -88,9 +87,8 @@ TEST(RealFiles, bmadBeam) {
     EXPECT_EQ(std::count(chunk.lost.begin(), chunk.lost.end(), 1), 0);
 }
 
-TEST(RealFiles, picongpuWake) {
+TEST_F(RealFiles, picongpuWake) {
     MOTE_NEEDS(particles / "picongpu_lwfa_000550.h5");
-    NoteKeeper progress;
     MOTE_OPEN(source, {particles / "picongpu_lwfa_000550.h5"}, progress);
     ASSERT_EQ(source->steps().size(), 1u);
     EXPECT_EQ(source->steps()[0].iteration, 550);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "preprocess/readers/field_meaning.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/sdds_test_file.h"
 #include "tests/unit/readers/source_test.h"
@@ -21,6 +22,10 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
+using SddsErrors = SourceTest;
+using SddsRead = SourceTest;
+using SddsSeries = SourceTest;
+using SddsUnits = SourceTest;
 
 struct StoredAs {
     const char* name;
@@ -64,8 +69,7 @@ void expectRows(prep::ParticleSource& source, std::size_t step, std::size_t begi
     prep::ParticleChunk chunk;
     const std::vector<Column> wanted = {Column::t, Column::x,  Column::id, Column::px,    Column::y,
                                         Column::z, Column::py, Column::pz, Column::weight};
-    const auto status = source.read(step, begin, count, wanted, chunk);
-    ASSERT_TRUE(status.ok()) << status.error().toString();
+    must(source.read(step, begin, count, wanted, chunk));
     const Expected all(page.particles);
     const auto part = [&](const std::vector<double>& values) {
         return std::vector<double>(values.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -200,8 +204,7 @@ std::string table(const std::string& columns, const std::string& rows,
     return "SDDS1\n" + columns + "&data " + data + " &end\n" + rows;
 }
 
-TEST(SddsUnits, areThoseOfTheHeaderAndMassThatOfTheJob) {
-    const TempDir folder;
+TEST_F(SddsUnits, areThoseOfTheHeaderAndMassThatOfTheJob) {
     writeFile(
         folder / "beam.sdds",
         table("&column name=x units=mm type=double &end &column name=px units=\"m$be$nc\" type=double &end\n"
@@ -210,7 +213,6 @@ TEST(SddsUnits, areThoseOfTheHeaderAndMassThatOfTheJob) {
               "! nothing yet\n1 2 3 -4 0 a\n\n5 6 7 8 1 \"b c\"\n9 1d1 .5 3 0 \"\"\n"));
     proto::ParticlesJob job;
     job.mutable_impact()->set_mass(938e6);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.sdds"}, progress, job);
     ASSERT_EQ(source->steps().size(), 2u);
     EXPECT_EQ(source->mass(), 938e6);
@@ -227,28 +229,23 @@ TEST(SddsUnits, areThoseOfTheHeaderAndMassThatOfTheJob) {
     EXPECT_TRUE(progress.notes.empty());
 }
 
-TEST(SddsUnits, withoutMassAreTheElectronsWithANote) {
-    const TempDir folder;
+TEST_F(SddsUnits, withoutMassAreTheElectronsWithANote) {
     writeFile(folder / "beam.sdds", sddsFile({}, sddsPages(1, 1, 2)));
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.sdds"}, progress);
     EXPECT_TRUE(progress.noted("taken for electrons"));
     EXPECT_TRUE(progress.noted("z = -v_z (t - mean of t)"));
 }
 
-TEST(SddsSeries, ofFilesIsNumberedByTheirNamesWhereTheirStepsAreTheSame) {
-    const TempDir folder;
+TEST_F(SddsSeries, ofFilesIsNumberedByTheirNamesWhereTheirStepsAreTheSame) {
     for (const char* name : {"run-010.w", "run-002.w"})
         writeFile(folder / name, sddsFile(ascii, sddsPages(2, 1, 2)));
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run-010.w", folder / "run-002.w"}, progress);
     ASSERT_EQ(source->steps().size(), 2u);
     EXPECT_EQ(source->steps()[0].iteration, 2);
     EXPECT_EQ(source->steps()[1].iteration, 10);
 }
 
-TEST(SddsErrors, areOneSentenceWithThePlace) {
-    const TempDir folder;
+TEST_F(SddsErrors, areOneSentenceWithThePlace) {
     const std::string x = "&column name=x, units=m, type=double, &end\n";
     const std::pair<std::string, std::string> cases[] = {
         {"SDDS7\n", "unsupported: f.sdds: line 1: has the SDDS version '7'; 1 to 5 are read"},
@@ -306,8 +303,7 @@ TEST(SddsErrors, areOneSentenceWithThePlace) {
     }
 }
 
-TEST(SddsErrors, sayWhereALengthCannotBe) {
-    const TempDir folder;
+TEST_F(SddsErrors, sayWhereALengthCannotBe) {
     const std::string text = "&column name=x, type=double &end\n&parameter name=a, type=string &end\n";
     using namespace std::string_literals;
     writeFile(folder / "f.sdds", table(text, "\x01\0\0\0\xff\xff\xff\xff"s, "mode=binary, endian=little"));
@@ -324,10 +320,8 @@ TEST(SddsErrors, sayWhereALengthCannotBe) {
                 AllOf(HasSubstr("is cut short at byte"), HasSubstr("within page 1")));
 }
 
-TEST(SddsRead, thatIsCancelledSaysSo) {
-    const TempDir folder;
+TEST_F(SddsRead, thatIsCancelledSaysSo) {
     writeFile(folder / "f.sdds", sddsFile({}, sddsPages(1, 2, 2)));
-    NoteKeeper progress;
     progress.cancel = true;
     const auto source = openFiles({folder / "f.sdds"}, progress);
     ASSERT_FALSE(source);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "preprocess/readers/particle_source.h"
+#include "tests/support/temp_dir.h"
 
 namespace mote::test {
 
@@ -32,6 +33,12 @@ class NoteKeeper : public prep::Progress {
 
     std::vector<std::string> notes;
     std::atomic<bool> cancel = false;
+};
+
+/// What tests of readers have: a folder for files, and what is noted while they are read.
+struct SourceTest : testing::Test {
+    TempDir folder;
+    NoteKeeper progress;
 };
 
 using OpenResult = Result<std::unique_ptr<prep::ParticleSource>>;

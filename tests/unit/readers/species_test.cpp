@@ -18,6 +18,7 @@ namespace {
 using prep::Column;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using Species = SourceTest;
 
 constexpr double e = prep::elementaryCharge;
 constexpr double unit = 931494102.42;  // eV/c^2, of one u
@@ -51,7 +52,7 @@ void writeSpecies(const std::filesystem::path& path, const Said& said) {
     if (said.charge != 0.0) add("charge", said.charge);
 }
 
-TEST(Species, IsTheRecordsThenTheAttributesThenTheGroups) {
+TEST_F(Species, IsTheRecordsThenTheAttributesThenTheGroups) {
     constexpr double electron = 9.1093837015e-31, proton = 1.67262192369e-27, carbon = 1.99264687e-26;
     const double inEv = prep::massInEv;
     const std::vector<std::pair<Said, Meant>> all{
@@ -69,23 +70,20 @@ TEST(Species, IsTheRecordsThenTheAttributesThenTheGroups) {
         {{"beam", "unobtainium"}, {"unobtainium", 0.0, 0.0}},
         {{"beam", ""}, {"", 0.0, 0.0}},
     };
-    const TempDir folder;
     for (const auto& [said, meant] : all) {
         writeSpecies(folder / "run.h5", said);
-        NoteKeeper progress;
-        MOTE_OPEN(source, {folder / "run.h5"}, progress);
+        NoteKeeper notes;
+        MOTE_OPEN(source, {folder / "run.h5"}, notes);
         EXPECT_EQ(source->species(), meant.species) << said.group << " " << said.type;
         EXPECT_NEAR(source->mass(), meant.mass, 1e-7 * meant.mass) << said.group << " " << said.type;
         EXPECT_NEAR(source->particleCharge(), meant.charge, 1e-12 * e) << said.group << " " << said.type;
     }
 }
 
-TEST(Species, AGivenMassIsUsedOrRefused) {
-    const TempDir folder;
+TEST_F(Species, AGivenMassIsUsedOrRefused) {
     proto::ParticlesJob job;
     job.set_mass(123456789.0);
     writeSpecies(folder / "run.h5", {"beam", ""});
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress, job);
     EXPECT_EQ(source->mass(), 123456789.0);
     writeSpecies(folder / "run.h5", {"beam", "electron"});
@@ -94,7 +92,7 @@ TEST(Species, AGivenMassIsUsedOrRefused) {
     EXPECT_EQ(errorOf({folder / "run.h5"}, job), "");
 }
 
-TEST(Species, NamesOfNuclidesAreReadToTheEnd) {
+TEST_F(Species, NamesOfNuclidesAreReadToTheEnd) {
     EXPECT_EQ(prep::speciesOf("#238U+92")->charge, 92 * e);
     EXPECT_EQ(prep::speciesOf("#1H-")->name, "H-");
     EXPECT_FALSE(prep::speciesOf("#12C")->chargeKnown);
@@ -107,8 +105,7 @@ TEST(Species, NamesOfNuclidesAreReadToTheEnd) {
     EXPECT_FALSE(prep::speciesOf(1e9, e).has_value());
 }
 
-TEST(Species, StepsHaveTheTimeOfTheirParticles) {
-    const TempDir folder;
+TEST_F(Species, StepsHaveTheTimeOfTheirParticles) {
     {
         H5TestFile file(folder / "run.h5");
         writeRoot(file, "/screen/%T/", "./");
@@ -119,14 +116,12 @@ TEST(Species, StepsHaveTheTimeOfTheirParticles) {
             file.data(group + "/time", std::vector<double>{t, t - 1e-12, t + 1e-12});
         }
     }
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run.h5"}, progress);
     for (std::size_t step = 0; step < 3; ++step)
         EXPECT_NEAR(source->steps()[step].time, 1e-9 * static_cast<double>(step), 1e-20);
 }
 
-TEST(Species, H5PartHasTheUnitOfItsCharges) {
-    const TempDir folder;
+TEST_F(Species, H5PartHasTheUnitOfItsCharges) {
     for (const auto& [written, factor] : {std::pair{"C", 1.0}, std::pair{"nC", 1e-9}}) {
         for (const double sign : {1.0, -1.0}) {
             {
@@ -138,13 +133,13 @@ TEST(Species, H5PartHasTheUnitOfItsCharges) {
                 file.text("/", "qUnit", written);
                 file.text("/", "pxUnit", "#beta#gamma");
             }
-            NoteKeeper progress;
-            MOTE_OPEN(source, {folder / "run.h5"}, progress);
+            NoteKeeper notes;
+            MOTE_OPEN(source, {folder / "run.h5"}, notes);
             EXPECT_EQ(source->weightUnit(), "C");
             EXPECT_THAT(column(*source, 0, Column::weight), near({2.0 * factor, 2.0 * factor, 3.0 * factor}));
             EXPECT_EQ(source->species(), sign < 0 ? "electron" : "positron");
             EXPECT_EQ(source->particleCharge(), sign * e);
-            EXPECT_TRUE(progress.noted("after the mass and the sign"));
+            EXPECT_TRUE(notes.noted("after the mass and the sign"));
         }
     }
 }

@@ -21,6 +21,10 @@ namespace {
 using prep::Column;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using CsvSource = SourceTest;
+using LineReader = SourceTest;
+using NpySource = SourceTest;
+using RowFile = SourceTest;
 
 TEST(Number, isReadInAnyForm) {
     using prep::parseNumber;
@@ -74,8 +78,7 @@ TEST(Fields, areSplit) {
     EXPECT_THAT(split("", ' '), ElementsAre("0"));
 }
 
-TEST(RowFile, findsAnyRowAgain) {
-    const TempDir folder;
+TEST_F(RowFile, findsAnyRowAgain) {
     // More rows than lie between two of its marks (65536), comments and blank lines among them, no end of
     // line at last.
     std::string text = "# comment\r\n\r\n";
@@ -83,7 +86,6 @@ TEST(RowFile, findsAnyRowAgain) {
         text += std::to_string(i) + (i % 1000 == 0 ? "\n\n! comment\n" : "\r\n");
     text += "150000";
     writeFile(folder / "rows.txt", text);
-    NoteKeeper progress;
     auto file = prep::RowFile::open(folder / "rows.txt", 1, progress);
     ASSERT_TRUE(file.ok());
     EXPECT_EQ(file->rows(), 150'000u);
@@ -101,8 +103,7 @@ TEST(RowFile, findsAnyRowAgain) {
     EXPECT_EQ(prep::RowFile::open(folder / "rows.txt", 0, progress).error().code, ErrorCode::cancelled);
 }
 
-TEST(LineReader, refusesLinesWithoutEnd) {
-    const TempDir folder;
+TEST_F(LineReader, refusesLinesWithoutEnd) {
     writeFile(folder / "long.txt", "1 2 3\n" + std::string(2'000'000, ' '));
     auto reader = prep::LineReader::open(folder / "long.txt");
     ASSERT_TRUE(reader.ok());
@@ -153,14 +154,12 @@ INSTANTIATE_TEST_SUITE_P(
             "9223372036854775809,\n"}),
     [](const auto& param) { return std::string(param.param.what); });
 
-TEST(CsvSource, readsMomentaInUnitsOfMassWhereItIsGiven) {
-    const TempDir folder;
+TEST_F(CsvSource, readsMomentaInUnitsOfMassWhereItIsGiven) {
     writeFile(folder / "beam.csv", "x,px [mc],pz [kg m/s],t [ps]\n1,2,5.344285992678308e-28,3\n");
     EXPECT_THAT(errorOf({folder / "beam.csv"}),
                 HasSubstr("column 2 (px [mc]): is in units of m c; give the particle's mass"));
     proto::ParticlesJob job;
     job.mutable_impact()->set_mass(511e3);
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.csv"}, progress, job);
     EXPECT_THAT(column(*source, 0, Column::px), ElementsAre(1022e3));
     EXPECT_NEAR(column(*source, 0, Column::pz)[0], 1.0, 1e-9);
@@ -168,12 +167,10 @@ TEST(CsvSource, readsMomentaInUnitsOfMassWhereItIsGiven) {
     EXPECT_EQ(source->mass(), 511e3);
 }
 
-TEST(CsvSource, marksLostParticlesAndMissingValues) {
-    const TempDir folder;
+TEST_F(CsvSource, marksLostParticlesAndMissingValues) {
     writeFile(folder / "beam.csv", "x,status\n1,1\n,2\nNaN,1\n");
     writeFile(folder / "lost.csv", "x,lost\n1,0\n2,1\n");
     writeFile(folder / "alive.csv", "x,alive\n1,0\n2,1\n");
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "beam.csv"}, progress);
     const auto chunk = chunkOf(*source, 0, {Column::x});
     EXPECT_THAT(chunk.lost, ElementsAre(0, 1, 0));
@@ -185,8 +182,7 @@ TEST(CsvSource, marksLostParticlesAndMissingValues) {
     EXPECT_THAT(chunkOf(*alive, 0, {Column::x}).lost, ElementsAre(1, 0));
 }
 
-TEST(CsvSource, namesFileLineAndColumnOfWhatIsWrong) {
-    const TempDir folder;
+TEST_F(CsvSource, namesFileLineAndColumnOfWhatIsWrong) {
     const auto error = [&](const std::string& text) {
         writeFile(folder / "beam.csv", text);
         return errorOf({folder / "beam.csv"});
@@ -210,13 +206,11 @@ TEST(CsvSource, namesFileLineAndColumnOfWhatIsWrong) {
     EXPECT_THAT(errorOf({folder / "beam.csv"}, job), HasSubstr("names none of the columns x, y, z"));
 }
 
-TEST(CsvSource, takesManyFilesAsSteps) {
-    const TempDir folder;
+TEST_F(CsvSource, takesManyFilesAsSteps) {
     for (const int i : {2, 10, 1}) {
         writeFile(folder / ("s" + std::to_string(i) + ".csv"), "x,y\n" + std::to_string(i) + ",0\n");
     }
     writeFile(folder / "s3.csv", "x\n3\n");
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "s10.csv", folder / "s2.csv", folder / "s3.csv", folder / "s1.csv"},
               progress);
     ASSERT_EQ(source->steps().size(), 4u);
@@ -227,18 +221,17 @@ TEST(CsvSource, takesManyFilesAsSteps) {
 
 // ------------------------------------------------------------------------------------------------ NumPy
 
-TEST(NpySource, readsPlainArraysOfEveryOrder) {
-    const TempDir folder;
+TEST_F(NpySource, readsPlainArraysOfEveryOrder) {
     const auto check = [&](const std::string& bytes, bool weight) {
         writeFile(folder / "beam.npy", bytes);
-        NoteKeeper progress;
-        MOTE_OPEN(source, {folder / "beam.npy"}, progress);
+        NoteKeeper notes;
+        MOTE_OPEN(source, {folder / "beam.npy"}, notes);
         EXPECT_EQ(source->steps()[0].particles, 2u);
         EXPECT_THAT(column(*source, 0, Column::x), ElementsAre(1, 11));
         EXPECT_THAT(column(*source, 0, Column::pz), ElementsAre(6, 16));
         EXPECT_EQ(source->has(Column::weight), weight);
         EXPECT_THAT(column(*source, 0, Column::weight), weight ? ElementsAre(7, 17) : ElementsAre(1, 1));
-        EXPECT_TRUE(progress.noted("without field names"));
+        EXPECT_TRUE(notes.noted("without field names"));
     };
     const auto six = {1., 2., 3., 4., 5., 6., 11., 12., 13., 14., 15., 16.};
     const auto seven = {1., 2., 3., 4., 5., 6., 7., 11., 12., 13., 14., 15., 16., -17.};
@@ -255,11 +248,9 @@ TEST(NpySource, readsPlainArraysOfEveryOrder) {
           false);
 }
 
-TEST(NpySource, readsPlacesAloneAndSteps) {
-    const TempDir folder;
+TEST_F(NpySource, readsPlacesAloneAndSteps) {
     writeFile(folder / "places.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }",
                                          packed<double>({1., 2., 3., 11., 12., 13.})));
-    NoteKeeper progress;
     MOTE_OPEN(places, {folder / "places.npy"}, progress);
     EXPECT_THAT(column(*places, 0, Column::z), ElementsAre(3, 13));
     EXPECT_FALSE(places->has(Column::px));
@@ -277,8 +268,7 @@ TEST(NpySource, readsPlacesAloneAndSteps) {
     }
 }
 
-TEST(NpySource, readsNamedFields) {
-    const TempDir folder;
+TEST_F(NpySource, readsNamedFields) {
     std::string data;
     for (int i = 0; i < 3; ++i) {
         data += packed<double>({i + 0.5});
@@ -293,7 +283,6 @@ TEST(NpySource, readsNamedFields) {
               npy("{'descr': [('x [mm]', '<f8'), ('label', '|S5'), ('id', '<u8'), ('momentum', "
                   "'<f4', (3,)), ('status', '>i2')], 'fortran_order': False, 'shape': (3,)}",
                   data));
-    NoteKeeper progress;
     MOTE_OPEN(source, {folder / "run7.npy"}, progress);
     EXPECT_EQ(source->format(), "npy");
     EXPECT_EQ(source->steps()[0].iteration, 7);
@@ -307,8 +296,7 @@ TEST(NpySource, readsNamedFields) {
     EXPECT_THAT(progress.notes, ElementsAre("no unit is given for momentum: taken as eV/c"));
 }
 
-TEST(NpySource, refusesWhatContradictsItself) {
-    const TempDir folder;
+TEST_F(NpySource, refusesWhatContradictsItself) {
     const auto error = [&](const std::string& bytes) {
         writeFile(folder / "beam.npy", bytes);
         return errorOf({folder / "beam.npy"});

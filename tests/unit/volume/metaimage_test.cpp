@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/support/deflate.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/volume/volume_files.h"
 
@@ -51,37 +52,34 @@ TEST_F(MetaImage, IsReadInEveryTypeByteOrderAndCompression) {
                  {header + "False" + local + data, header + "True" + local + zlibDeflated(data),
                   gzipped(header + "False" + local + data),
                   gzipped(header + "True" + local + zlibDeflated(data))}) {
-                const auto volume = read(file);
-                ASSERT_TRUE(volume.ok()) << said << ": " << volume.error().toString();
-                EXPECT_EQ(volume->format, "metaimage");
-                EXPECT_EQ(name(volume->shape.type), type);
-                EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << said << big;
+                const auto volume = must(read(file));
+                EXPECT_EQ(volume.format, "metaimage");
+                EXPECT_EQ(name(volume.shape.type), type);
+                EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << said << big;
             }
         }
     }
 }
 
 TEST_F(MetaImage, TextIsRead) {
-    const auto volume = read(
-        "NDims = 3\r\nDimSize = 2 2 2\r\nBinaryData = False\r\nElementType = MET_SHORT\r\n"
-        "ElementDataFile = LOCAL\r\n-1 2 3 4\r\n5 6 7 8\r\n");
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(volume->shape.type, prep::ScalarType::i16);
-    EXPECT_THAT(volume->values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
+    const auto volume =
+        must(read("NDims = 3\r\nDimSize = 2 2 2\r\nBinaryData = False\r\nElementType = MET_SHORT\r\n"
+                  "ElementDataFile = LOCAL\r\n-1 2 3 4\r\n5 6 7 8\r\n"));
+    EXPECT_EQ(volume.shape.type, prep::ScalarType::i16);
+    EXPECT_THAT(volume.values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
 TEST_F(MetaImage, LiesWhereItsHeaderSays) {
-    const auto volume = read(sizes + bytes +
-                             "TransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 10 -20 30\n"
-                             "ElementSpacing = 2 3 0.5\nElementToIntensityFunctionSlope = 2\n"
-                             "ElementToIntensityFunctionOffset = -1000\nElementDataFile = LOCAL\n" +
-                             std::string(60, '\x05'));
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(-10, 20, 30));
-    EXPECT_EQ(worldOf(volume->shape, 1, 0, 0), glm::dvec3(-10, 18, 30));
-    EXPECT_EQ(worldOf(volume->shape, 0, 1, 2), glm::dvec3(-7, 20, 31));
-    EXPECT_EQ(volume->shape.worldUnit, "mm");
-    EXPECT_EQ(volume->values.front(), -990.0F);
+    const auto volume = must(read(sizes + bytes +
+                                  "TransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 10 -20 30\n"
+                                  "ElementSpacing = 2 3 0.5\nElementToIntensityFunctionSlope = 2\n"
+                                  "ElementToIntensityFunctionOffset = -1000\nElementDataFile = LOCAL\n" +
+                                  std::string(60, '\x05')));
+    EXPECT_EQ(worldOf(volume.shape, 0, 0, 0), glm::dvec3(-10, 20, 30));
+    EXPECT_EQ(worldOf(volume.shape, 1, 0, 0), glm::dvec3(-10, 18, 30));
+    EXPECT_EQ(worldOf(volume.shape, 0, 1, 2), glm::dvec3(-7, 20, 31));
+    EXPECT_EQ(volume.shape.worldUnit, "mm");
+    EXPECT_EQ(volume.values.front(), -990.0F);
 }
 
 TEST_F(MetaImage, DataMayLieBesideTheHeader) {

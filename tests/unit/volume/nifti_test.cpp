@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tests/support/deflate.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/volume/volume_files.h"
 
@@ -97,11 +98,10 @@ TEST_P(Nifti, IsReadInEveryTypeAndByteOrder) {
             header.type(code);
             const auto bytes = header.bytes() + numberBytes(type, numbers, big);
             for (const auto& file : {bytes, gzipped(bytes)}) {
-                const auto volume = read(file);
-                ASSERT_TRUE(volume.ok()) << type << ": " << volume.error().toString();
-                EXPECT_EQ(volume->format, "nifti");
-                EXPECT_EQ(name(volume->shape.type), type);
-                EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << type << big;
+                const auto volume = must(read(file));
+                EXPECT_EQ(volume.format, "nifti");
+                EXPECT_EQ(name(volume.shape.type), type);
+                EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << type << big;
             }
         }
     }

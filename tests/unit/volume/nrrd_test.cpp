@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/support/deflate.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/volume/volume_files.h"
 
@@ -49,22 +50,20 @@ TEST_F(Nrrd, IsReadInEveryTypeEncodingAndByteOrder) {
             const auto data = numberBytes(type, numbers, big);
             for (const auto& bytes : {header + "raw\r\n\r\n" + data, header + "gzip\r\n\r\n" + gzipped(data),
                                       gzipped(header + "raw\r\n\r\n" + data)}) {
-                const auto volume = read(bytes);
-                ASSERT_TRUE(volume.ok()) << said << ": " << volume.error().toString();
-                EXPECT_EQ(volume->format, "nrrd");
-                EXPECT_EQ(name(volume->shape.type), type);
-                EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << said << big;
+                const auto volume = must(read(bytes));
+                EXPECT_EQ(volume.format, "nrrd");
+                EXPECT_EQ(name(volume.shape.type), type);
+                EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << said << big;
             }
         }
     }
 }
 
 TEST_F(Nrrd, TextIsRead) {
-    const auto volume =
-        read("NRRD0005\ntype: short\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n-1 2\n3,4 5\n6 7 8\n");
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(volume->shape.type, prep::ScalarType::i16);
-    EXPECT_THAT(volume->values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
+    const auto volume = must(
+        read("NRRD0005\ntype: short\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n-1 2\n3,4 5\n6 7 8\n"));
+    EXPECT_EQ(volume.shape.type, prep::ScalarType::i16);
+    EXPECT_THAT(volume.values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
     const auto head = std::string("NRRD0005\ntype: short\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n");
     EXPECT_THAT(error(head + "1 2 3 4 5 6 7 x"), HasSubstr("has \"x\" where a value should stand"));
     EXPECT_THAT(error(head + "1 2 3 4 5 6 7"), HasSubstr("and it holds"));
@@ -73,19 +72,19 @@ TEST_F(Nrrd, TextIsRead) {
 }
 
 TEST_F(Nrrd, LiesWhereItsDirectionsSay) {
-    const auto volume = read(plain +
-                             "space: left-posterior-superior\nspace directions: (0,2,0) (-1,0,0) (0,0.5,3)\n"
-                             "space origin: (10,-20,30)\nspace units: \"mm\" \"mm\" \"mm\"\n"
-                             "sample units: \"HU\"\n\n" +
-                             std::string(60, 'x'));
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    const auto volume =
+        must(read(plain +
+                  "space: left-posterior-superior\nspace directions: (0,2,0) (-1,0,0) (0,0.5,3)\n"
+                  "space origin: (10,-20,30)\nspace units: \"mm\" \"mm\" \"mm\"\n"
+                  "sample units: \"HU\"\n\n" +
+                  std::string(60, 'x')));
     // Of a patient, and so in right, anterior, superior.
-    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(-10, 20, 30));
-    EXPECT_EQ(worldOf(volume->shape, 1, 2, 3), glm::dvec3(-8, 16.5, 39));
-    EXPECT_EQ(volume->shape.space, "left-posterior-superior");
-    EXPECT_EQ(volume->shape.worldSpace, "ras");
-    EXPECT_EQ(volume->shape.worldUnit, "mm");
-    EXPECT_EQ(volume->shape.valueUnit, "HU");
+    EXPECT_EQ(worldOf(volume.shape, 0, 0, 0), glm::dvec3(-10, 20, 30));
+    EXPECT_EQ(worldOf(volume.shape, 1, 2, 3), glm::dvec3(-8, 16.5, 39));
+    EXPECT_EQ(volume.shape.space, "left-posterior-superior");
+    EXPECT_EQ(volume.shape.worldSpace, "ras");
+    EXPECT_EQ(volume.shape.worldUnit, "mm");
+    EXPECT_EQ(volume.shape.valueUnit, "HU");
 }
 
 TEST_F(Nrrd, LiesWhereItsSpacingsSay) {
@@ -101,16 +100,14 @@ TEST_F(Nrrd, LiesWhereItsSpacingsSay) {
 
 TEST_F(Nrrd, AxesOfOneValueAreNoAxes) {
     const auto rest = std::string("encoding: raw\n") + "\n" + std::string(60, 'x');
-    const auto first = read(
-        "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 1 3 4 5\n"
-        "space directions: none (1,0,0) (0,1,0) (0,0,2)\n" +
-        rest);
-    ASSERT_TRUE(first.ok()) << first.error().toString();
-    EXPECT_EQ(first->shape.nx, 3u);
-    EXPECT_EQ(worldOf(first->shape, 1, 1, 1), glm::dvec3(1, 1, 2));
-    const auto last = read("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 5 1\n" + rest);
-    ASSERT_TRUE(last.ok()) << last.error().toString();
-    EXPECT_EQ(last->shape.nz, 5u);
+    const auto first =
+        must(read("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 1 3 4 5\n"
+                  "space directions: none (1,0,0) (0,1,0) (0,0,2)\n" +
+                  rest));
+    EXPECT_EQ(first.shape.nx, 3u);
+    EXPECT_EQ(worldOf(first.shape, 1, 1, 1), glm::dvec3(1, 1, 2));
+    const auto last = must(read("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 5 1\n" + rest));
+    EXPECT_EQ(last.shape.nz, 5u);
 }
 
 TEST_F(Nrrd, DataMayLieBesideTheHeader) {
@@ -139,9 +136,8 @@ TEST_F(Nrrd, DataMayLieInSeveralFiles) {
         writeFile(folder_ / ("z" + std::to_string(slice) + ".gz"), gzipped(part));
     }
     const auto numbered = plain + "byte skip: 4\ndata file: s%d.raw 7 19 3 2\n";
-    const auto volume = read(numbered);
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_THAT(volume->values, ElementsAreArray(numbers));
+    const auto volume = must(read(numbered));
+    EXPECT_THAT(volume.values, ElementsAreArray(numbers));
     const auto list = plain + "data file: LIST 2\nz0.gz\nz1.gz\nz2.gz\nz3.gz\nz4.gz\n";
     EXPECT_THAT(read(list)->values, ElementsAreArray(numbers));
     EXPECT_THAT(error(plain + "data file: LIST\n"), HasSubstr("data file: lists no data file"));
@@ -221,9 +217,8 @@ TEST_F(Nrrd, GzipMayHaveSeveralMembers) {
     EXPECT_THAT(read(head + gzipped(bytes.substr(0, 25)) + gzipped(bytes.substr(25)))->values,
                 ElementsAreArray(numbers));
     EXPECT_THAT(error(head + gzipped(bytes) + gzipped("a whole slice")), HasSubstr("and it holds more"));
-    const auto longer = read(head + gzipped(bytes) + gzipped("x"));
-    ASSERT_TRUE(longer.ok()) << longer.error().toString();
-    EXPECT_THAT(longer->notes, testing::ElementsAre("a.nrrd: a byte behind its last value was left out"));
+    const auto longer = must(read(head + gzipped(bytes) + gzipped("x")));
+    EXPECT_THAT(longer.notes, testing::ElementsAre("a.nrrd: a byte behind its last value was left out"));
 }
 
 TEST_F(Nrrd, CutDataAreRefused) {

@@ -14,6 +14,7 @@
 #include <map>
 #include <numbers>
 
+#include "tests/support/must.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/h5_test_file.h"
@@ -162,18 +163,17 @@ TEST_F(OpenpmdMesh, LiesInTheWorldWhateverTheOrderOfItsAxes) {
             file.attribute(component, "unitSI", unit);
             file.attribute(component, "position", ordered(position));
         }
-        const auto read = readVolume(path(), field("E/x"));
-        ASSERT_TRUE(read.ok()) << read.error().toString();
-        EXPECT_EQ(read->shape.valueUnit, "V/m");
-        const double metre = unitOf(read->shape);
-        ASSERT_EQ(read->values.size(), all);
+        const auto read = must(readVolume(path(), field("E/x")));
+        EXPECT_EQ(read.shape.valueUnit, "V/m");
+        const double metre = unitOf(read.shape);
+        ASSERT_EQ(read.values.size(), all);
         // Each voxel by its place in the world, and by its indices in the file.
-        const std::array<std::uint32_t, 3> size{read->shape.nx, read->shape.ny, read->shape.nz};
+        const std::array<std::uint32_t, 3> size{read.shape.nx, read.shape.ny, read.shape.nz};
         for (std::size_t i = 0; i < all; ++i) {
             const glm::dvec4 index(static_cast<double>(i % size[0]),
                                    static_cast<double>(i / size[0] % size[1]),
                                    static_cast<double>(i / size[0] / size[1]), 1.0);
-            const glm::dvec3 place(read->shape.indexToWorld * index);
+            const glm::dvec3 place(read.shape.indexToWorld * index);
             std::size_t at = 0;
             for (std::size_t axis = 0; axis < rank; ++axis) {
                 const double world = place[labels[axis][0] - 'x'];
@@ -182,7 +182,7 @@ TEST_F(OpenpmdMesh, LiesInTheWorldWhateverTheOrderOfItsAxes) {
                 at = at * extent[axis] + static_cast<std::size_t>(std::llround(along));
             }
             ASSERT_LT(at, all);
-            EXPECT_EQ(read->values[i], static_cast<float>(values[at] * unit));
+            EXPECT_EQ(read.values[i], static_cast<float>(values[at] * unit));
         }
     }
 }
@@ -241,19 +241,18 @@ TEST_P(ThetaModes, AddUpOnAGridAndInAPlane) {
             writeModes(file, GetParam(), imaginary);
         }
         for (const std::string name : {"rho", "rho@0", "rho@30", "rho@-100"}) {
-            const auto read = readVolume(path(), field(name));
-            ASSERT_TRUE(read.ok()) << read.error().toString();
+            const auto read = must(readVolume(path(), field(name)));
             const bool plane = name != "rho";
-            EXPECT_EQ(read->shape.nx, 2 * nr);
-            EXPECT_EQ(read->shape.ny, plane ? 1U : 2 * nr);
+            EXPECT_EQ(read.shape.nx, 2 * nr);
+            EXPECT_EQ(read.shape.ny, plane ? 1U : 2 * nr);
             std::size_t inside = 0;
-            for (std::size_t i = 0; i < read->values.size(); ++i) {
-                const auto x = i % read->shape.nx, y = i / read->shape.nx % read->shape.ny,
-                           z = i / read->shape.voxelsOfSlice();
-                const auto place = unitOf(read->shape) *
-                                   glm::dvec3(read->shape.indexToWorld *
-                                              glm::dvec4(static_cast<double>(x), static_cast<double>(y),
-                                                         static_cast<double>(z), 1.0));
+            for (std::size_t i = 0; i < read.values.size(); ++i) {
+                const auto x = i % read.shape.nx, y = i / read.shape.nx % read.shape.ny,
+                           z = i / read.shape.voxelsOfSlice();
+                const auto place =
+                    unitOf(read.shape) * glm::dvec3(read.shape.indexToWorld *
+                                                    glm::dvec4(static_cast<double>(x), static_cast<double>(y),
+                                                               static_cast<double>(z), 1.0));
                 const double radius = std::hypot(place.x, place.y);
                 if (radius > (nr - 0.5) * dr) continue;  // the last value is held, and then there is nothing
                 ++inside;
@@ -261,14 +260,14 @@ TEST_P(ThetaModes, AddUpOnAGridAndInAPlane) {
                 // Linear in r between values of r^2: an eighth of the second derivative, 2 (1 + z + 1/8),
                 // times dr^2; and rounding to float.
                 const double tolerance = dr * dr / 4.0 * (place.z + 2.0) + 1e-6 * place.z;
-                EXPECT_NEAR(read->values[i], modesAt(radius, angle, place.z), tolerance)
+                EXPECT_NEAR(read.values[i], modesAt(radius, angle, place.z), tolerance)
                     << name << ", voxel " << i;
                 if (plane) {
                     const double along = std::stod(name.substr(4)) * std::numbers::pi / 180.0;
                     EXPECT_NEAR(place.x * std::sin(along) - place.y * std::cos(along), 0.0, 1e-12);
                 }
             }
-            EXPECT_GT(inside, read->values.size() / 2);
+            EXPECT_GT(inside, read.values.size() / 2);
         }
     }
 }
@@ -292,14 +291,12 @@ TEST_F(OpenpmdMesh, HasEachIterationAsAStepWithItsTime) {
     }
     H5TestFile other(folder_ / "other.h5");
     writeRoot(other);
-    const auto steps = prep::volumeSteps(field("phi"), {path(), folder_ / "no.nrrd"});
-    ASSERT_TRUE(steps.ok()) << steps.error().toString();
+    const auto steps = must(prep::volumeSteps(field("phi"), {path(), folder_ / "no.nrrd"}));
     std::vector<std::string> fields;
-    for (const auto& step : *steps) fields.push_back(step.options.field());
+    for (const auto& step : steps) fields.push_back(step.options.field());
     EXPECT_THAT(fields, ElementsAre("4:phi", "7:phi", "30:phi", "100:phi", "phi"));
-    const auto last = prep::openOpenpmdMesh(path(), "100:phi");
-    ASSERT_TRUE(last.ok()) << last.error().toString();
-    EXPECT_EQ((*last)->time(), 50.0);
+    const auto last = must(prep::openOpenpmdMesh(path(), "100:phi"));
+    EXPECT_EQ(last->time(), 50.0);
     EXPECT_THAT(volumeError(path(), field("phi")), HasSubstr("several iterations"));
     EXPECT_THAT(volumeError(path(), field("5:phi")),
                 HasSubstr("has no iteration 5; there are 4, 7, 30, 100"));

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tests/support/deflate.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"
 #include "tests/unit/volume/volume_files.h"
@@ -34,12 +35,11 @@ TEST(RawVolume, IsReadInEveryTypeAndByteOrder) {
             auto options = rawOptions(3, 4, 5, type);
             options.set_big_endian(big);
             options.set_header_bytes(4);
-            const auto volume = readVolume(folder / "a.raw", options);
-            ASSERT_TRUE(volume.ok()) << type << ": " << volume.error().toString();
-            EXPECT_EQ(volume->format, "raw");
-            EXPECT_EQ(name(volume->shape.type), type);
-            EXPECT_FALSE(volume->sequential);
-            EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << type << big;
+            const auto volume = must(readVolume(folder / "a.raw", options));
+            EXPECT_EQ(volume.format, "raw");
+            EXPECT_EQ(name(volume.shape.type), type);
+            EXPECT_FALSE(volume.sequential);
+            EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << type << big;
         }
     }
 }
@@ -66,12 +66,11 @@ TEST(RawVolume, MayBeGzippedAndIsReadInAnyOrder) {
     auto options = rawOptions(4, 5, 6);
     options.set_header_bytes(8);
     QuietProgress progress;
-    auto source = prep::openVolumeSource(options, folder / "a.raw.gz", progress);
-    ASSERT_TRUE(source.ok()) << source.error().toString();
-    EXPECT_TRUE((*source)->sequential());
+    auto source = must(prep::openVolumeSource(options, folder / "a.raw.gz", progress));
+    EXPECT_TRUE(source->sequential());
     std::vector<float> slab(40);
     for (const std::uint32_t z : {0u, 2u, 4u, 1u, 4u, 0u}) {
-        ASSERT_TRUE((*source)->read(z, z + 2, slab).ok());
+        ASSERT_TRUE(source->read(z, z + 2, slab).ok());
         EXPECT_THAT(slab, ElementsAreArray(numbers.data() + z * 20, 40)) << z;
     }
 }
@@ -82,10 +81,9 @@ TEST(RawVolume, LiesWhereTheOptionsSay) {
     auto options = rawOptions(2, 2, 2);
     for (const double spacing : {0.5, 1.0, 3.0}) options.add_spacing(spacing);
     for (const double origin : {10.0, 20.0, -30.0}) options.add_origin(origin);
-    const auto volume = readVolume(folder / "a.raw", options);
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(10, 20, -30));
-    EXPECT_EQ(worldOf(volume->shape, 1, 1, 1), glm::dvec3(10.5, 21, -27));
+    const auto volume = must(readVolume(folder / "a.raw", options));
+    EXPECT_EQ(worldOf(volume.shape, 0, 0, 0), glm::dvec3(10, 20, -30));
+    EXPECT_EQ(worldOf(volume.shape, 1, 1, 1), glm::dvec3(10.5, 21, -27));
 }
 
 TEST(RawVolume, ContradictionsAreRefused) {

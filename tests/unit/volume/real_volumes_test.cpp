@@ -6,6 +6,7 @@
 
 #include <array>
 
+#include "tests/support/must.h"
 #include "tests/unit/volume/volume_files.h"
 
 namespace mote::test {
@@ -34,18 +35,17 @@ TEST_P(RealVolumes, HaveTheirValues) {
     if (std::string_view(known.format) == "raw") {
         for (const auto n : known.size) options.add_dimensions(n);
     }
-    const auto volume = readVolume(path, options);
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    const auto& shape = volume->shape;
-    EXPECT_EQ(volume->format, known.format);
+    const auto volume = must(readVolume(path, options));
+    const auto& shape = volume.shape;
+    EXPECT_EQ(volume.format, known.format);
     EXPECT_EQ((std::array{shape.nx, shape.ny, shape.nz}), known.size);
     EXPECT_EQ(name(shape.type), known.type);
-    const auto [least, greatest] = std::minmax_element(volume->values.begin(), volume->values.end());
+    const auto [least, greatest] = std::minmax_element(volume.values.begin(), volume.values.end());
     EXPECT_EQ(*least, known.least);
     EXPECT_EQ(*greatest, known.greatest);
     std::int64_t sum = 0, weighted = 0;
-    for (std::size_t i = 0; i < volume->values.size(); ++i) {
-        const auto value = static_cast<std::int64_t>(volume->values[i]);
+    for (std::size_t i = 0; i < volume.values.size(); ++i) {
+        const auto value = static_cast<std::int64_t>(volume.values[i]);
         sum += value;
         weighted += value * static_cast<std::int64_t>(i % 997);
     }
@@ -53,7 +53,7 @@ TEST_P(RealVolumes, HaveTheirValues) {
     EXPECT_EQ(weighted, known.weighted);
     const auto middle =
         shape.nx / 2 + std::size_t{shape.nx} * (shape.ny / 2 + std::size_t{shape.ny} * (shape.nz / 2));
-    EXPECT_EQ(volume->values[middle], known.middle);
+    EXPECT_EQ(volume.values[middle], known.middle);
     EXPECT_EQ(worldOf(shape, 0, 0, 0), known.origin);
     // Decimal spacings are rounded once.
     EXPECT_LT(glm::length(worldOf(shape, 1, 1, 1) - known.origin - known.spacing), 1e-12);

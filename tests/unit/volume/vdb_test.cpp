@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"
 #include "tests/unit/volume/volume_files.h"
@@ -63,11 +64,10 @@ TEST_F(Vdb, GridsOfEachTypeAreRead) {
                counted<openvdb::Int32Grid>(3, 4, 5, "i")});
     for (const auto& [field, type] : std::vector<std::pair<std::string, std::string>>{
              {"", "f32"}, {"f", "f32"}, {"d", "f64"}, {"i", "i32"}}) {
-        const auto volume = readVolume(path, named(field));
-        ASSERT_TRUE(volume.ok()) << volume.error().toString();
-        EXPECT_EQ(volume->format, "vdb");
-        EXPECT_EQ(name(volume->shape.type), type);
-        EXPECT_THAT(volume->values, ElementsAreArray(numbers));
+        const auto volume = must(readVolume(path, named(field)));
+        EXPECT_EQ(volume.format, "vdb");
+        EXPECT_EQ(name(volume.shape.type), type);
+        EXPECT_THAT(volume.values, ElementsAreArray(numbers));
     }
 }
 
@@ -77,18 +77,17 @@ TEST_F(Vdb, SparseGridsHaveTheirBackground) {
     grid->tree().setValue({0, 0, 0}, 5.0F);
     grid->tree().setValue({40, 20, 30}, 7.0F);
     grid->tree().fill(openvdb::CoordBBox({8, 8, 8}, {15, 15, 15}), 3.0F);  // a tile, or a leaf
-    const auto volume = readVolume(write({grid}));
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    ASSERT_EQ(volume->shape.voxels(), 41u * 21 * 31);
+    const auto volume = must(readVolume(write({grid})));
+    ASSERT_EQ(volume.shape.voxels(), 41u * 21 * 31);
     const auto at = [&](std::size_t x, std::size_t y, std::size_t z) {
-        return volume->values[x + 41 * (y + 21 * z)];
+        return volume.values[x + 41 * (y + 21 * z)];
     };
     EXPECT_EQ(at(0, 0, 0), 5.0F);
     EXPECT_EQ(at(40, 20, 30), 7.0F);
     EXPECT_EQ(at(1, 0, 0), -1.0F);
     EXPECT_EQ(at(15, 8, 12), 3.0F);
     EXPECT_EQ(at(16, 8, 12), -1.0F);
-    EXPECT_EQ(std::count(volume->values.begin(), volume->values.end(), 3.0F), 512);
+    EXPECT_EQ(std::count(volume.values.begin(), volume.values.end(), 3.0F), 512);
 }
 
 // A grid of more than 256 MiB of voxels comes in several windows of slices, in any order.
@@ -121,16 +120,15 @@ TEST_F(Vdb, LiesWhereItsTransformSays) {
     const openvdb::Mat4d map(0.0, 2.0, 0.0, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 10.0, 20.0, 30.0,
                              1.0);  // of row vectors
     grid->setTransform(openvdb::math::Transform::createLinearTransform(map));
-    const auto volume = readVolume(write({grid}));
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    const auto volume = must(readVolume(write({grid})));
     const auto expected = [&](int x, int y, int z) {
         const openvdb::Vec3d at = grid->indexToWorld(openvdb::Coord(x - 2, y + 3, z + 5));
         return glm::dvec3(at[0], at[1], at[2]);
     };
-    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), expected(0, 0, 0));
-    EXPECT_EQ(worldOf(volume->shape, 1, 0, 1), expected(1, 0, 1));
-    EXPECT_EQ(worldOf(volume->shape, 0, 1, 0), expected(0, 1, 0));
-    EXPECT_THAT(volume->values, ElementsAreArray(countedNumbers(8)));
+    EXPECT_EQ(worldOf(volume.shape, 0, 0, 0), expected(0, 0, 0));
+    EXPECT_EQ(worldOf(volume.shape, 1, 0, 1), expected(1, 0, 1));
+    EXPECT_EQ(worldOf(volume.shape, 0, 1, 0), expected(0, 1, 0));
+    EXPECT_THAT(volume.values, ElementsAreArray(countedNumbers(8)));
 }
 
 TEST_F(Vdb, FilesWithoutAGridToReadAreRefused) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/support/deflate.h"
+#include "tests/support/must.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/volume/volume_files.h"
 
@@ -30,7 +31,7 @@ std::string base64(const std::string& bytes) {
 }
 
 /// How a file says one array of 3 x 4 x 5 points.
-struct Form {
+struct VtiForm {
     std::string type = "UInt8", format = "appended", encoding = "raw";
     bool big = false, wide = false, compressed = false;
     std::string extent = "0 2 0 3 0 4", image = "Origin=\"0 0 0\" Spacing=\"1 1 1\"";
@@ -93,7 +94,7 @@ class Vti : public testing::Test {
     /// Of a file with 60 bytes in it.
     template <class Change>
     std::string errorOf(Change change) {
-        Form form;
+        VtiForm form;
         change(form);
         return error(form.file(form.wrapped(std::string(60, 'x'))));
     }
@@ -108,38 +109,36 @@ TEST_F(Vti, IsReadInEveryForm) {
     const auto numbers = countedNumbers(60);
     for (const auto& [said, type] : types) {
         for (int bits = 0; bits < 24; ++bits) {
-            Form form;
+            VtiForm form;
             form.type = said;
             form.big = (bits & 1) != 0;
             form.wide = (bits & 2) != 0;
             form.compressed = (bits & 4) != 0;
             form.format = bits < 16 ? "appended" : "binary";
             form.encoding = bits < 8 ? "raw" : "base64";
-            const auto volume = read(form.file(form.wrapped(numberBytes(type, numbers, form.big))));
-            ASSERT_TRUE(volume.ok()) << said << bits << ": " << volume.error().toString();
-            EXPECT_EQ(volume->format, "vti");
-            EXPECT_EQ(name(volume->shape.type), type);
-            EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << said << bits;
+            const auto volume = must(read(form.file(form.wrapped(numberBytes(type, numbers, form.big)))));
+            EXPECT_EQ(volume.format, "vti");
+            EXPECT_EQ(name(volume.shape.type), type);
+            EXPECT_THAT(volume.values, ElementsAreArray(numbers)) << said << bits;
         }
     }
 }
 
 TEST_F(Vti, TextIsRead) {
-    Form form;
+    VtiForm form;
     form.type = "Int16";
     form.format = "ascii";
     form.extent = "0 1 0 1 0 1";
-    const auto volume = read(form.file("-1 2 3\n 4 5\n6 7 8"));
-    ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(volume->shape.type, prep::ScalarType::i16);
-    EXPECT_THAT(volume->values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
+    const auto volume = must(read(form.file("-1 2 3\n 4 5\n6 7 8")));
+    EXPECT_EQ(volume.shape.type, prep::ScalarType::i16);
+    EXPECT_THAT(volume.values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
     EXPECT_THAT(error(form.file("1 2 3 4 5 6 7")), HasSubstr("and it holds less"));
     EXPECT_THAT(error(form.file("1 2 3 4 5 6 7 8 9")), HasSubstr("and it holds more"));
     EXPECT_THAT(error(form.file("1 2 3 4 5 6 7 &amp;")), HasSubstr("where a value should stand"));
 }
 
 TEST_F(Vti, GzippedFilesAndEarlierSlicesAreRead) {
-    Form form;
+    VtiForm form;
     form.compressed = true;
     const auto numbers = countedNumbers(60);
     const auto bytes = form.file(form.wrapped(numberBytes<std::uint8_t>(numbers)));
@@ -154,20 +153,18 @@ TEST_F(Vti, GzippedFilesAndEarlierSlicesAreRead) {
 }
 
 TEST_F(Vti, LiesWhereItsHeaderSays) {
-    Form form;
+    VtiForm form;
     form.extent = "10 12 0 3 -1 3";
     form.image = "Origin=\"1 2 3\" Spacing=\"2 1 0.5\" Direction=\"0 -1 0 1 0 0 0 0 1\"";
-    const auto points = read(form.file(form.wrapped(std::string(60, 'x'))));
-    ASSERT_TRUE(points.ok()) << points.error().toString();
-    EXPECT_EQ(worldOf(points->shape, 0, 0, 0), glm::dvec3(1, 22, 2.5));
-    EXPECT_EQ(worldOf(points->shape, 1, 1, 1), glm::dvec3(0, 24, 3));
+    const auto points = must(read(form.file(form.wrapped(std::string(60, 'x')))));
+    EXPECT_EQ(worldOf(points.shape, 0, 0, 0), glm::dvec3(1, 22, 2.5));
+    EXPECT_EQ(worldOf(points.shape, 1, 1, 1), glm::dvec3(0, 24, 3));
     form.data = "CellData";
     form.extent = "0 3 0 4 0 5";
     form.image = "Origin=\"1 2 3\" Spacing=\"2 1 0.5\"";
-    const auto cells = read(form.file(form.wrapped(std::string(60, 'x'))));
-    ASSERT_TRUE(cells.ok()) << cells.error().toString();
-    EXPECT_EQ(cells->shape.nz, 5u);
-    EXPECT_EQ(worldOf(cells->shape, 0, 0, 0), glm::dvec3(2, 2.5, 3.25));
+    const auto cells = must(read(form.file(form.wrapped(std::string(60, 'x')))));
+    EXPECT_EQ(cells.shape.nz, 5u);
+    EXPECT_EQ(worldOf(cells.shape, 0, 0, 0), glm::dvec3(2, 2.5, 3.25));
 }
 
 TEST_F(Vti, TheActiveOrTheNamedArrayIsRead) {
@@ -204,22 +201,24 @@ TEST_F(Vti, TheActiveOrTheNamedArrayIsRead) {
 }
 
 TEST_F(Vti, ContradictionsAreRefused) {
-    EXPECT_EQ(errorOf([](Form&) {}), "");
-    EXPECT_THAT(errorOf([](Form& f) { f.extent = "0 2 0 3 0 5"; }),
+    EXPECT_EQ(errorOf([](VtiForm&) {}), "");
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.extent = "0 2 0 3 0 5"; }),
                 HasSubstr("its array says 60 bytes, and its extent needs 72"));
-    EXPECT_THAT(errorOf([](Form& f) { f.extent = "0 2 0 3 0"; }), HasSubstr("Piece: Extent: has 5 numbers"));
-    EXPECT_THAT(errorOf([](Form& f) { f.extent = "0 2 0 3 0 -2"; }),
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.extent = "0 2 0 3 0"; }),
+                HasSubstr("Piece: Extent: has 5 numbers"));
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.extent = "0 2 0 3 0 -2"; }),
                 HasSubstr("Piece: Extent: says 0 to -2"));
-    EXPECT_THAT(errorOf([](Form& f) { f.extent = "0 2 0 3 0 0.5"; }), HasSubstr("Extent: says 0 to 0.5"));
-    EXPECT_THAT(errorOf([](Form& f) { f.extent = "0 999999 0 999999 0 999999"; }),
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.extent = "0 2 0 3 0 0.5"; }), HasSubstr("Extent: says 0 to 0.5"));
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.extent = "0 999999 0 999999 0 999999"; }),
                 HasSubstr("resource_exhausted: a.vti: Piece: Extent: says 1000000 x"));
-    EXPECT_THAT(errorOf([](Form& f) { f.image = "Spacing=\"1 0 1\""; }), HasSubstr("axis y lie 0 apart"));
-    EXPECT_THAT(errorOf([](Form& f) { f.image = "Spacing=\"1 nan 1\""; }), HasSubstr("Spacing: says nan"));
-    EXPECT_THAT(errorOf([](Form& f) { f.type = "String"; }), HasSubstr("\"String\" is no integer of 8"));
-    EXPECT_THAT(errorOf([](Form& f) { f.type = "String"; }), HasSubstr("DataArray: type"));
-    EXPECT_THAT(errorOf([](Form& f) { f.format = "binary", f.arrayAttributes = "NumberOfComponents=\"3\""; }),
-                HasSubstr("has no array with one value"));
-    Form form;
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.image = "Spacing=\"1 0 1\""; }), HasSubstr("axis y lie 0 apart"));
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.image = "Spacing=\"1 nan 1\""; }), HasSubstr("Spacing: says nan"));
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.type = "String"; }), HasSubstr("\"String\" is no integer of 8"));
+    EXPECT_THAT(errorOf([](VtiForm& f) { f.type = "String"; }), HasSubstr("DataArray: type"));
+    EXPECT_THAT(
+        errorOf([](VtiForm& f) { f.format = "binary", f.arrayAttributes = "NumberOfComponents=\"3\""; }),
+        HasSubstr("has no array with one value"));
+    VtiForm form;
     const auto whole = form.file(form.wrapped(std::string(60, 'x')));
     const auto replaced = [&](const std::string& from, const std::string& to) {
         std::string file = whole;
@@ -243,7 +242,7 @@ TEST_F(Vti, ContradictionsAreRefused) {
 }
 
 TEST_F(Vti, DamagedDataAreRefused) {
-    Form form;
+    VtiForm form;
     form.format = "binary";
     const auto values = std::string(60, 'x');
     EXPECT_EQ(error(form.file(form.wrapped(values))), "");

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Tables in text with a line of names: comma, semicolon, tab or blanks between the fields; one file a step.
+// CsvHeader: the line of names of a table in text; comma, semicolon, tab or blanks between the fields.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "preprocess/readers/particle_source.h"
 #include "preprocess/readers/table/table_columns.h"
 #include "preprocess/readers/table/table_map.h"
 #include "protocol/scene/error.h"
@@ -37,10 +35,5 @@ struct CsvHeader {
 /// a line of units below it. With a map, the line that has the map's names, or none where it has numbers.
 /// Errors: those of TableColumns::of, TableMap::apply and LineReader; notFound (no such line).
 Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, const CsvOptions& options);
-
-/// Steps in the order of the numbers in the files' names. Errors: notFound, corrupt, unsupported,
-/// invalidArgument, cancelled.
-Result<std::unique_ptr<ParticleSource>> openCsv(const std::vector<std::filesystem::path>& files,
-                                                CsvOptions options, Progress& progress);
 
 }  // namespace mote::prep

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TableSource: runs whose steps are tables of named columns (TableColumns), however their rows are read.
+// Owned as SeriesSource says; one thread.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "preprocess/readers/series_source.h"
+#include "preprocess/readers/table/table_columns.h"
+
+namespace mote::prep {
+
+class TableSource : public SeriesSource {
+  public:
+    double mass() const override { return columns_.front().mass(); }
+    std::string species() const override { return columns_.front().species(); }
+    double particleCharge() const override { return columns_.front().charge(); }
+    std::string weightUnit() const override {
+        const std::string& unit = columns_.front().weightUnit();
+        return all([&](const TableColumns& columns) { return columns.weightUnit() == unit; }) ? unit : "";
+    }
+
+  protected:
+    using SeriesSource::SeriesSource;
+
+    bool hasEverywhere(Column column) const override {
+        return all([&](const TableColumns& columns) { return columns.has(column); });
+    }
+
+    std::vector<TableColumns> columns_;  ///< by step
+
+  private:
+    template <class Condition>
+    bool all(Condition condition) const {
+        return std::all_of(columns_.begin(), columns_.end(), condition);
+    }
+};
+
+}  // namespace mote::prep
