@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Counts what a new kind of layer, of dataset or of job costs: the files beyond its own that name an existing one.
+"""Counts what a new kind of layer, of dataset or of job, or a reader costs: the files beyond its own that name an existing one.
 
     check_additions.py ROOT
 
@@ -45,6 +45,11 @@ ADDITIONS = {
         r"\bimageJob\b|\bImageJob\b|\bkImage\b|command_image|add_subdirectory\(image\)",
         ("preprocess/image/", "preprocess/command_image.cpp"),
         {"protocol/mote.proto", "protocol/scene/job_request.cpp", "preprocess/job_kinds.h", "preprocess/CMakeLists.txt"},
+    ),
+    "a reader of particles": (
+        r"\bgdfReader\b|\breadGdf\b|gdf_file",
+        ("preprocess/readers/gpt/",),
+        {"preprocess/readers/particle_readers.cpp", "preprocess/readers/CMakeLists.txt"},
     ),
 }
 FOLDERS = ("protocol", "storage", "preprocess", "server", "client")
