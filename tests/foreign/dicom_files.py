@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """DICOM files of the known volume by pydicom, each said in the ways that PS3.3 and PS3.5 name."""
 import random
+import struct
 import subprocess
 
 import numpy
@@ -139,6 +140,39 @@ def enhanced(place=phantom.OBLIQUE, values=VALUES, order=None, scales=None, time
             group.FrameContentSequence = Sequence([item(TemporalPositionIndex=times[at])])
         groups.append(group)
     data.PerFrameFunctionalGroupsSequence = Sequence(groups)
+    return data
+
+
+def siemens_header(**elements):
+    """What Siemens' scanners write for themselves, in the form that dcm2niix and nibabel read: CSA2."""
+    out = b"SV10\4\3\2\1" + struct.pack("<II", len(elements), 77)
+    for name, texts in elements.items():
+        out += struct.pack("<64si4siii", name.encode(), len(texts), b"FD", 4, 6, 77)
+        for text in (*texts, *[""] * (6 - len(texts))):
+            item_bytes = text.encode() + b"\0" if text else b""
+            length = len(item_bytes)
+            out += struct.pack("<4i", length, length, 77, length) + item_bytes + bytes(-length % 4)
+    return out
+
+
+def mosaic(place=phantom.OBLIQUE, values=VALUES, **more):
+    """All slices in one picture, as Siemens' scanners write them."""
+    across = int(numpy.ceil(numpy.sqrt(len(values))))
+    rows, columns = values.shape[1:]
+    picture = numpy.zeros((across * rows, across * columns), values.dtype)
+    for z, plane in enumerate(values):
+        picture[z // across * rows:, z % across * columns:][:rows, :columns] = plane
+    data = blank(1, 1, modality="MR", **more)
+    put_pixels(data, picture, "u2")
+    x, y, step, origin = vectors(place)
+    first = origin - (across - 1) / 2 * (columns * x + rows * y)
+    data.ImagePositionPatient, data.ImageOrientationPatient = numbers(first), frame_place(place, 0)[1]
+    data.PixelSpacing, data.SpacingBetweenSlices = frame_place(place, 0)[2], numbers(numpy.linalg.norm(step))[0]
+    data.SliceThickness = data.SpacingBetweenSlices
+    data.ImageType, data.Manufacturer = ["ORIGINAL", "PRIMARY", "M", "ND", "MOSAIC"], "SIEMENS"
+    block = data.private_block(0x0029, "SIEMENS CSA HEADER", create=True)
+    block.add_new(0x10, "OB", siemens_header(
+        EchoLinePosition=["64"], NumberOfImagesInMosaic=[str(len(values))], SliceNormalVector=[f"{n:.8f}" for n in step / numpy.linalg.norm(step)]))
     return data
 
 

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """DICOM files that are compressed, and those of many frames."""
+import itertools
+import subprocess
 import unittest
 
+import nibabel
 import numpy
 from pydicom.sequence import Sequence
 
 import phantom
 from dicom_case import DicomCase
-from dicom_files import compressed, enhanced, item, numbers, put_pixels, save, slices, syntax_of
-from phantom import OBLIQUE, SIZES, VALUES
+from dicom_files import (compressed, enhanced, expected, item, mosaic, numbers, put_pixels, save, siemens_header, slices,
+                         syntax_of, uid)
+from phantom import OBLIQUE, PLACES, SIZES, VALUES
 from support import Refused, needs_program, volume, volumes
 
 LARGE = numpy.kron(VALUES, numpy.ones((1, 8, 8), int))  # OpenJPEG's writer dies of pictures as small as the other
@@ -104,6 +108,35 @@ class Frames(DicomCase):
         self.same(steps[0], VALUES, OBLIQUE)
         self.same(steps[1], 119 - VALUES, OBLIQUE)
         self.assertIn("temporal position", steps[0].notes)
+
+    def test_mosaics(self):
+        """Where dcm2niix has them, which takes them apart, too; of several, each is a volume."""
+        for name, place in PLACES.items():
+            if name == "mirrored":
+                place = place @ numpy.diag([1, 1, -1, 1])  # slices go along the normal here, as a scanner has it
+            folder = save(self.folder / name, [mosaic(place)])
+            made = self.right(folder, place=place, what=name)
+            out = self.folder / (name + "-nii")
+            out.mkdir()
+            subprocess.run(["dcm2niix", "-o", out, "-f", "a", "-z", "n", folder], check=True, capture_output=True)
+            image = nibabel.load(out / "a.nii")
+            self.assertEqual(image.shape, SIZES)
+            corners = numpy.array(list(itertools.product(*((0, n - 1) for n in SIZES), (1,))))
+            there = (numpy.linalg.inv(image.affine) @ made.affine @ corners.T).T[:, :3]
+            numpy.testing.assert_allclose(there, numpy.rint(there), atol=1e-3)
+            for (x, y, z, _), index in zip(corners, numpy.rint(there).astype(int)):
+                self.assertAlmostEqual(made.values[z, y, x], numpy.asarray(image.dataobj)[tuple(index)], delta=0.01)
+        both = [mosaic(), mosaic(values=119 - VALUES)]
+        for number, data in enumerate(both):
+            data.SOPInstanceUID = data.file_meta.MediaStorageSOPInstanceUID = uid(1, 40 + number)
+            data.InstanceNumber = data.AcquisitionNumber = 1 + number
+        steps = volumes(save(self.folder / "both", both))
+        for step, values in zip(steps, (VALUES, 119 - VALUES)):
+            self.same(step, *expected(OBLIQUE, values))
+        self.assertIn("told apart by their acquisition number", steps[0].notes)
+        odd = mosaic()
+        odd[0x00291010].value = siemens_header(NumberOfImagesInMosaic=["6"])
+        self.refused("is a single picture", volume, save(self.folder / "odd", [odd]))
 
     def test_dose(self):
         made = slices()[0]

@@ -12,7 +12,7 @@ import nibabel
 import numpy
 from pydicom.sequence import Sequence
 import phantom
-from dicom_files import NAMES, PLAIN_SYNTAXES, blank, compressed, expected, item, numbers, save, slices, uid
+from dicom_files import NAMES, PLAIN_SYNTAXES, blank, expected, item, numbers, save, slices, uid
 from phantom import OBLIQUE, PLACES, SIZES, VALUES
 from dicom_case import DicomCase
 from support import BIN, Refused, needs_program, run, volume, volumes
@@ -106,22 +106,6 @@ class Plain(DicomCase):
                 data.BitsAllocated = bits
                 setattr(data, name, (VALUES[z] / 8 - 3).astype(kind).tobytes())
             self.right(save(self.folder / name, made), VALUES / 8 - 3)
-
-    def test_colours(self):
-        planes = numpy.stack([VALUES, 119 - VALUES, VALUES[::-1]], axis=-1)
-        luminance = planes @ (0.2126, 0.7152, 0.0722)
-        for planar in (0, 1):
-            made = slices(kind="u1")
-            for z, data in enumerate(made):
-                data.SamplesPerPixel, data.PhotometricInterpretation, data.PlanarConfiguration = 3, "RGB", planar
-                pixels = planes[z].transpose(2, 0, 1) if planar else planes[z]
-                data.PixelData = pixels.astype("u1").tobytes()
-            folder = save(self.folder / str(planar), made)
-            self.assertIn("luminance", self.right(folder, luminance).notes)
-            self.right(compressed(folder, self.folder / f"rle{planar}", "dcmcrle"), luminance)
-        for data in made:
-            data.PhotometricInterpretation = "YBR_FULL_422"
-        self.refused("is in colour (YBR_FULL_422", volume, save(self.folder / "422", made))
 
     def test_numbers_that_are_no_greys(self):
         made = slices(kind="u1")
@@ -325,11 +309,6 @@ class Slices(DicomCase):
         for data in made:
             data.ImageType = ["ORIGINAL", "PRIMARY", "M", "ND", "MOSAIC"]
         self.refused("is a mosaic", volume, save(self.folder / "mosaic", made))
-        made = slices()
-        for data in made:
-            data.BitsAllocated = data.BitsStored = 1
-            data.HighBit = 0
-        self.refused("one bit for each pixel", volume, save(self.folder / "bit", made))
         made = slices()
         made[1].Rows = 400
         self.refused("holds 2 series", volume, save(self.folder / "rows", made))

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <glm/common.hpp>
 #include <new>
 #include <optional>
 
@@ -141,6 +142,41 @@ std::optional<CodedSize> sizeOfJpeg(std::span<const char> coded) {
     return std::nullopt;
 }
 
+/// Whether decoded pixels of three samples are luminance and differences of colours. JPEG with losses says it
+/// itself, whatever the header has; JPEG 2000 undoes its own (YBR_RCT, YBR_ICT).
+bool isYbr(const DicomHeader& header, std::span<const char> coded) {
+    constexpr std::uint32_t filling = 0xff, scan = 0xda, jfif = 0xe0, adobe = 0xee, lossless = 0xc3,
+                            ls = 0xf7;
+    const bool said = header.photometric.starts_with("YBR_FULL");
+    if (coded.size() < 2 || big(coded, 0, 2) != 0xffd8) return said;
+    std::optional<bool> marked;
+    for (std::size_t at = 2; at + 4 <= coded.size();) {
+        const std::uint32_t marker = big(coded, at + 1, 1), length = big(coded, at + 2, 2);
+        if (marker == filling) {
+            ++at;
+            continue;
+        }
+        if (marker == lossless || marker == ls) return said;
+        if (marker == scan || length < 2 || length > coded.size() - at - 2) break;
+        const std::string_view text(coded.data() + at + 4, length - 2);
+        if (marker == jfif && text.starts_with("JFIF") && !marked) marked = true;
+        if (marker == adobe && text.starts_with("Adobe") && text.size() > 11) marked = text[11] == 1;
+        at += 2 + length;
+    }
+    return marked.value_or(said);
+}
+
+void makeRed(std::span<char> pixels) {
+    for (std::size_t at = 0; at + 3 <= pixels.size(); at += 3) {
+        glm::vec3 ybr;
+        for (int i = 0; i < 3; ++i)
+            ybr[i] = static_cast<unsigned char>(pixels[at + static_cast<std::size_t>(i)]);
+        const glm::vec3 red = glm::round(redOf(ybr));
+        for (int i = 0; i < 3; ++i)
+            pixels[at + static_cast<std::size_t>(i)] = static_cast<char>(static_cast<unsigned char>(red[i]));
+    }
+}
+
 /// Of JPEG 2000: in the segment SIZ, perhaps behind the boxes of a JP2 file.
 std::optional<CodedSize> sizeOfJpeg2000(std::span<const char> coded) {
     static constexpr std::string_view begin = "\xff\x4f\xff\x51";
@@ -211,12 +247,26 @@ std::string syntaxName(std::string_view syntax) {
                             : std::string(known->name);
 }
 
+glm::vec3 redOf(const glm::vec3& ybr) {
+    const float y = ybr.x, blue = ybr.y - 128.0F, red = ybr.z - 128.0F;
+    const glm::vec3 made(y + 1.402F * red, y - 0.344136F * blue - 0.714136F * red, y + 1.772F * blue);
+    return glm::clamp(made, 0.0F, 255.0F);
+}
+
 Status decodeDicom(const DicomHeader& header, std::span<const char> coded, std::span<char> pixels,
                    const std::string& where) {
-    if (header.syntax == rle) return decodeRle(header, coded, pixels, where);
+    const bool ybr = header.samples == 3 && isYbr(header, coded);
+    if (header.syntax == rle) {
+        MOTE_RETURN_IF_ERROR(decodeRle(header, coded, pixels, where));
+        if (ybr) makeRed(pixels);
+        return success();
+    }
     MOTE_RETURN_IF_ERROR(checkSize(header, coded, where));
     try {
-        if (decodeByGdcm(header, coded, pixels)) return success();
+        if (decodeByGdcm(header, coded, pixels)) {
+            if (ybr) makeRed(pixels);
+            return success();
+        }
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::resourceExhausted, where, "its pixels need more memory than there is"};
     } catch (const std::exception&) {

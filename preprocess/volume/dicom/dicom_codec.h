@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,9 +23,12 @@ DicomCoding codingOf(std::string_view syntax);
 /// "JPEG 2000, lossless"; the UID itself where it is not known.
 std::string syntaxName(std::string_view syntax);
 
+/// Red, green and blue, 0 to 255, of luminance and differences of blue and red (PS3.3, C.7.6.3.1.2).
+glm::vec3 redOf(const glm::vec3& ybr);
+
 /// Decodes one frame into `pixels`, whose bytes are those of the header's rows, columns, samples and bits, in
-/// the machine's byte order and pixel by pixel. `where` is for messages. Errors: corrupt (damaged, or of
-/// another size than the header says), resourceExhausted.
+/// the machine's byte order and pixel by pixel; colours are red, green and blue, whatever they were. `where`
+/// is for messages. Errors: corrupt (damaged, or of another size than the header says), resourceExhausted.
 Status decodeDicom(const DicomHeader& header, std::span<const char> coded, std::span<char> pixels,
                    const std::string& where);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "preprocess/readers/text/number.h"
@@ -24,8 +25,8 @@ constexpr std::uint32_t headGroup = 2, lengthTag = 0x00020000, syntaxTag = 0x000
 constexpr std::uint16_t pixelGroup = 0x7fe0;
 
 /// Sequences whose items say where frames lie and what their values are.
-constexpr std::array<std::uint32_t, 6> macros{0x00209113, 0x00209116, 0x00289110,
-                                              0x00289145, 0x00209111, 0x00189114};
+constexpr std::array<std::uint32_t, 7> macros{0x00209113, 0x00209116, 0x00289110, 0x00289145,
+                                              0x00209111, 0x00189114, 0x0062000a};
 constexpr std::uint32_t diffusionMacro = 0x00189117;
 
 bool isMacro(std::uint32_t tag) {
@@ -183,10 +184,22 @@ Status readFileHead(DicomStream& stream, DicomHeader& header) {
 Status readData(DicomStream& stream, DicomHeader& header) {
     header.bigEndian = header.syntax == bigSyntax;
     stream.setForm(header.syntax != implicitSyntax, header.bigEndian);
-    return HeaderReader(stream, header).read();
+    MOTE_RETURN_IF_ERROR(HeaderReader(stream, header).read());
+    const auto across = header.tilesAcross();
+    const auto& place = header.common;
+    const bool known = header.mosaic && place.position && place.orientation && place.pixelSpacing &&
+                       (place.between || place.thickness) && header.frameCount == 1 &&
+                       header.columns % across == 0 && header.rows % across == 0;
+    if (!known) header.tiles = {};
+    return success();
 }
 
 }  // namespace
+
+std::uint32_t DicomHeader::tilesAcross() const {
+    const auto least = static_cast<std::uint32_t>(std::ceil(std::sqrt(tiles.tiles)));
+    return std::max(least, 1U);
+}
 
 bool DicomHeader::begins(std::string_view bytes) {
     return (bytes.size() >= headBytes && bytes.substr(preambleBytes, magic.size()) == magic) ||

@@ -13,12 +13,14 @@
 #include <vector>
 
 #include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/dicom/dicom_siemens.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
 /// What may tell pictures at one place apart.
 enum class DicomMark : std::uint8_t {
+    segment,
     temporal,
     acquisition,
     frameTime,
@@ -28,7 +30,7 @@ enum class DicomMark : std::uint8_t {
     kind,
     clock
 };
-constexpr std::size_t dicomMarks = 8;
+constexpr std::size_t dicomMarks = 9;
 
 /// Of one picture: of all of a file, or of one of its frames.
 struct DicomFrame {
@@ -52,6 +54,7 @@ struct DicomHeader {
     std::uint32_t samples = 1, allocated = 0, stored = 0, highBit = 0;
     bool isSigned = false, planar = false, bigEndian = false;
     bool mosaic = false, lossy = false, hasTable = false, looseSpacing = false, saysUnit = false;
+    DicomMosaic tiles;                 ///< of a mosaic whose slices are known; else of none
     bool otherFrames = false;          ///< frames are no slices: times, views
     std::vector<double> frameOffsets;  ///< mm along the normal, of a dose's frames
     DicomFrame common;
@@ -62,6 +65,12 @@ struct DicomHeader {
     std::uint64_t deflatedAt = 0;  ///< of the file, where all that follows is deflated; 0: nowhere
     std::uint64_t pixelsAt = 0;    ///< of their first byte; where the file is deflated, in what comes out
     std::uint64_t pixelBytes = 0;  ///< where they are not in fragments
+
+    /// Of a mosaic, how many slices lie side by side, in as many rows; else 1.
+    std::uint32_t tilesAcross() const;
+    /// Of one slice.
+    std::uint32_t sliceColumns() const { return columns / tilesAcross(); }
+    std::uint32_t sliceRows() const { return rows / tilesAcross(); }
 
     /// How many bytes of a file's beginning begins() needs.
     static constexpr std::size_t headBytes = 132;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <type_traits>
 
 #include "preprocess/readers/text/number.h"
@@ -21,18 +22,17 @@ constexpr std::uint64_t blockBytes = 1u << 20;
 constexpr std::uint64_t freely = 16u << 20, greatestRatio = 4096;
 constexpr std::size_t mostFragments = 1u << 20;
 
-std::uint64_t bytesOfFrame(const DicomHeader& header) {
-    return std::uint64_t{header.rows} * header.columns * header.samples * header.allocated / 8;
+std::uint64_t bitsOfFrame(const DicomHeader& header) {
+    return std::uint64_t{header.rows} * header.columns * header.samples * header.allocated;
 }
 
 /// In colour, the numbers of a pixel must be known: red, green, blue, or the luminance first.
 Status checkColours(const DicomHeader& header, const std::string& where) {
     const bool coded = codingOf(header.syntax) == DicomCoding::coded;
     const std::string_view name = header.photometric;
-    // JPEG 2000 undoes its own colours.
-    const bool red = name == "RGB" || (coded && (name == "YBR_RCT" || name == "YBR_ICT"));
-    const bool known =
-        header.samples == 3 && header.allocated == 8 && (red || (!coded && name == "YBR_FULL"));
+    const bool red = name == "RGB" || name == "YBR_FULL" ||
+                     (coded && (name == "YBR_RCT" || name == "YBR_ICT" || name == "YBR_FULL_422"));
+    const bool known = header.samples == 3 && header.allocated == 8 && red;
     if (known || header.samples == 1) return success();
     return unsupported(
         where, fmt::format("is in colour ({}, {} values of {} bits), of which RGB is read: dcmdjpeg or "
@@ -48,12 +48,15 @@ Status checkFloats(const DicomHeader& header, const std::string& where) {
 
 Status checkBits(const DicomHeader& header, const std::string& where) {
     const std::uint32_t bits = header.allocated;
-    if (bits == 1) {
+    if (bits == 1 && (header.encapsulated || header.bigEndian)) {
         return unsupported(
-            where, "has one bit for each pixel (a segmentation), which is not read: convert it to NIfTI");
+            where,
+            "has one bit for each pixel, compressed or in words of the other byte order, which is not read: "
+            "gdcmconv --raw makes others");
     }
+    if (bits == 1 && header.samples == 1 && header.stored == 1 && header.highBit == 0) return success();
     if (bits != 8 && bits != 16 && bits != 32) {
-        return unsupported(where, fmt::format("has {} bits for each pixel; 8, 16 and 32 are read", bits));
+        return unsupported(where, fmt::format("has {} bits for each pixel; 1, 8, 16 and 32 are read", bits));
     }
     if (header.bigEndian && bits == 8) {
         return unsupported(where,
@@ -67,7 +70,7 @@ Status checkBits(const DicomHeader& header, const std::string& where) {
 
 /// What a frame of `bytes` compressed ones may become.
 Status checkRatio(const DicomHeader& header, std::uint64_t bytes, const std::string& where) {
-    const std::uint64_t frame = bytesOfFrame(header);
+    const std::uint64_t frame = bitsOfFrame(header) / 8;
     if (frame <= freely || frame / greatestRatio <= bytes) return success();
     return corrupt(where, fmt::format("says {} x {} pixels, more than its {} bytes can hold", header.columns,
                                       header.rows, bytes));
@@ -83,8 +86,11 @@ Status checkPixels(const DicomHeader& header, const std::string& where) {
                                        "may make of it what is",
                                        syntaxName(header.syntax)));
     }
-    if (header.mosaic) {
-        return unsupported(where, "is a mosaic, all slices in one picture: dcm2niix makes NIfTI of it");
+    if (header.mosaic && header.tiles.tiles == 0) {
+        return unsupported(
+            where,
+            "is a mosaic, all slices in one picture, and does not say in a known form where they lie: "
+            "dcm2niix may make NIfTI of it");
     }
     MOTE_RETURN_IF_ERROR(header.pixels == DicomHeader::Pixels::integers ? checkBits(header, where)
                                                                         : checkFloats(header, where));
@@ -95,18 +101,19 @@ Status checkPixels(const DicomHeader& header, const std::string& where) {
     }
     VolumeShape slice;
     MOTE_RETURN_IF_ERROR(setDimensions(slice, header.columns, header.rows, 1, where));
-    const auto needed = bytesOfFrame(header), held = header.pixelBytes / std::max(header.frameCount, 1u);
+    // Frames of bits follow one another within bytes.
+    const auto needed = bitsOfFrame(header), held = 8 * header.pixelBytes / std::max(header.frameCount, 1u);
     if (header.encapsulated || held >= needed) return success();
     return corrupt(
         where, fmt::format("its {} frames of {} x {} need {} bytes each, and {} are there", header.frameCount,
-                           header.columns, header.rows, needed, header.pixelBytes));
+                           header.columns, header.rows, (needed + 7) / 8, header.pixelBytes));
 }
 
 ScalarType typeOf(const DicomHeader& header) {
     if (header.pixels == DicomHeader::Pixels::floats) return ScalarType::f32;
     if (header.pixels == DicomHeader::Pixels::doubles) return ScalarType::f64;
     if (header.samples > 1) return ScalarType::f32;
-    if (header.allocated == 8) return header.isSigned ? ScalarType::i8 : ScalarType::u8;
+    if (header.allocated <= 8) return header.isSigned ? ScalarType::i8 : ScalarType::u8;
     if (header.allocated == 16) return header.isSigned ? ScalarType::i16 : ScalarType::u16;
     return header.isSigned ? ScalarType::i32 : ScalarType::u32;
 }
@@ -147,6 +154,11 @@ Status DicomPixels::findFrames() {
         if (pieces.size() > mostFragments) return stream.corrupt("has more fragments than are counted");
     }
     MOTE_ASSIGN_OR_RETURN(frames_, framesOf(std::move(pieces), table));
+    for (const auto& frame : frames_) {
+        std::uint64_t stored = 0;
+        for (const auto& piece : frame) stored += piece.bytes;
+        MOTE_RETURN_IF_ERROR(checkRatio(*header_, stored, name_));
+    }
     return success();
 }
 
@@ -188,7 +200,6 @@ Status DicomPixels::readCoded(std::uint32_t frame, std::size_t bytes) {
     std::uint64_t stored = 0;
     for (const auto& piece : frames_[frame]) stored += piece.bytes;
     if (stored > data_->mostBytes()) return corrupt(name_, "ends before its last pixel");
-    MOTE_RETURN_IF_ERROR(checkRatio(*header_, stored, name_));
     coded_.resize(static_cast<std::size_t>(stored));
     std::size_t done = 0;
     for (const auto& piece : frames_[frame]) {
@@ -200,7 +211,38 @@ Status DicomPixels::readCoded(std::uint32_t frame, std::size_t bytes) {
                        header_->frameCount > 1 ? fmt::format("{}: frame {}", name_, frame + 1) : name_);
 }
 
+/// The first pixel is the least bit (PS3.5, 8.1.1).
+Status DicomPixels::readBits(std::uint32_t frame, const DicomScale& scale, std::span<float> values) {
+    const std::uint64_t first = std::uint64_t{frame} * values.size(), shift = first % 8;
+    block_.resize(static_cast<std::size_t>((shift + values.size() + 7) / 8));
+    MOTE_RETURN_IF_ERROR(take(header_->pixelsAt + first / 8, block_));
+    const bool inverted = isInverted(*header_);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::uint64_t at = shift + i;
+        const bool set = ((static_cast<unsigned char>(block_[at / 8]) >> (at % 8)) & 1U) != 0;
+        values[i] = static_cast<float>((set != inverted ? scale.slope : 0.0) + scale.intercept);
+    }
+    return success();
+}
+
 Status DicomPixels::read(std::uint32_t frame, const DicomScale& scale, std::span<float> values) {
+    const std::uint32_t across = header_->tilesAcross();
+    if (across == 1) return readFrame(frame, scale, values);
+    const std::size_t columns = header_->columns, width = header_->sliceColumns(),
+                      height = header_->sliceRows();
+    if (mosaic_.empty()) {
+        std::vector<float> whole(columns * header_->rows);
+        MOTE_RETURN_IF_ERROR(readFrame(0, scale, whole));
+        mosaic_ = std::move(whole);
+    }
+    const std::size_t first = frame / across * height * columns + frame % across * width;
+    for (std::size_t row = 0; row < height; ++row)
+        std::copy_n(&mosaic_[first + row * columns], width, &values[row * width]);
+    return success();
+}
+
+Status DicomPixels::readFrame(std::uint32_t frame, const DicomScale& scale, std::span<float> values) {
+    if (header_->allocated == 1) return readBits(frame, scale, values);
     const std::uint64_t width = bytesOfPixel(), whole = values.size() * width;
     if (header_->encapsulated) {
         MOTE_RETURN_IF_ERROR(readCoded(frame, static_cast<std::size_t>(whole)));
@@ -228,15 +270,15 @@ void DicomPixels::convert(std::span<const char> bytes, const DicomScale& scale, 
     if (header_->samples == 3) {
         const bool planes = header_->planar && !header_->encapsulated;
         const std::size_t step = planes ? 1 : 3, plane = planes ? values.size() : 1;
-        const bool luminance = header_->photometric == "YBR_FULL";
+        // What was compressed is red, green and blue by now.
+        const bool ybr = !header_->encapsulated && header_->photometric == "YBR_FULL";
         const auto number = [&](std::size_t at) {
             return static_cast<float>(static_cast<unsigned char>(bytes[at]));
         };
         for (std::size_t i = 0; i < values.size(); ++i) {
             const std::size_t at = i * step;
-            values[i] = luminance ? number(at)
-                                  : 0.2126F * number(at) + 0.7152F * number(at + plane) +
-                                        0.0722F * number(at + 2 * plane);
+            const glm::vec3 stored(number(at), number(at + plane), number(at + 2 * plane));
+            values[i] = glm::dot(glm::vec3(0.2126F, 0.7152F, 0.0722F), ybr ? redOf(stored) : stored);
         }
         return;
     }

@@ -35,7 +35,8 @@ class DicomPixels {
     /// (fragments that are not those of its frames).
     static Result<DicomPixels> open(const DicomFile& file, const DicomHeader& header);
 
-    /// The values of a frame, row by row; colours as their luminance. Errors: corrupt, resourceExhausted.
+    /// The values of a frame, or of a slice of a mosaic, row by row; colours as their luminance. Errors:
+    /// corrupt, resourceExhausted.
     Status read(std::uint32_t frame, const DicomScale& scale, std::span<float> values);
     /// Whether bits outside of those that are stored were other than 0, and left out.
     bool hadOtherBits() const { return otherBits_; }
@@ -53,6 +54,8 @@ class DicomPixels {
     Result<std::vector<std::vector<Piece>>> framesOf(std::vector<Piece> pieces, const std::string& table);
     Status take(std::uint64_t at, std::span<char> bytes);
     Status readCoded(std::uint32_t frame, std::size_t bytes);
+    Status readFrame(std::uint32_t frame, const DicomScale& scale, std::span<float> values);
+    Status readBits(std::uint32_t frame, const DicomScale& scale, std::span<float> values);
     void convert(std::span<const char> bytes, const DicomScale& scale, std::span<float> values);
     template <class Number>
     void convertAs(std::span<const char> bytes, const DicomScale& scale, std::span<float> values);
@@ -62,6 +65,7 @@ class DicomPixels {
     std::string name_;
     std::vector<std::vector<Piece>> frames_;  // of each frame its fragments; none where they lie in a row
     std::vector<char> block_, coded_;
+    std::vector<float> mosaic_;  // once one of its slices was read
     bool otherBits_ = false;
 };
 

@@ -48,7 +48,25 @@ void placeFrames(const DicomHeader& header, std::vector<DicomFrame>& frames) {
     }
 }
 
+/// The slices of a mosaic. Its position is that of the first pixel of a picture of its size around the middle
+/// of the first slice.
+std::vector<DicomFrame> tilesOf(const DicomHeader& header) {
+    std::vector<DicomFrame> frames(header.tiles.tiles, header.common);
+    const auto& at = header.common;
+    const auto& [rowX, rowY, rowZ, columnX, columnY, columnZ] = *at.orientation;
+    const glm::dvec3 aside =
+        0.5 * (header.columns - header.sliceColumns()) * (*at.pixelSpacing)[1] * glm::dvec3(rowX, rowY, rowZ);
+    const glm::dvec3 down = 0.5 * (header.rows - header.sliceRows()) * (*at.pixelSpacing)[0] *
+                            glm::dvec3(columnX, columnY, columnZ);
+    const double step = at.between ? *at.between : *at.thickness;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        frames[i].position =
+            *at.position + aside + down + static_cast<double>(i) * step * header.tiles.normal;
+    return frames;
+}
+
 std::vector<DicomFrame> framesOf(const DicomHeader& header) {
+    if (header.tiles.tiles > 0) return tilesOf(header);
     std::vector<DicomFrame> frames;
     for (const auto& frame : header.frames) frames.push_back(merged(header.common, frame));
     if (!frames.empty()) return frames;
@@ -70,8 +88,8 @@ bool alike(const std::optional<std::array<double, count>>& a,
 bool belongs(const DicomHeader& header, const DicomFrame& frame, const DicomSeries& series) {
     const DicomFrame& first = series.pictures.front().at;
     const double spacing = first.pixelSpacing ? sameSpacing * std::abs((*first.pixelSpacing)[0]) : 0.0;
-    return series.uid == header.series && series.columns == header.columns && series.rows == header.rows &&
-           alike(first.orientation, frame.orientation, sameCosine) &&
+    return series.uid == header.series && series.columns == header.sliceColumns() &&
+           series.rows == header.sliceRows() && alike(first.orientation, frame.orientation, sameCosine) &&
            alike(first.pixelSpacing, frame.pixelSpacing, spacing);
 }
 
@@ -93,8 +111,8 @@ Result<std::vector<DicomSeries>> seriesOf(const DicomSet& set) {
                                    header.modality,
                                    header.seriesNumber,
                                    "",
-                                   header.columns,
-                                   header.rows,
+                                   header.sliceColumns(),
+                                   header.sliceRows(),
                                    {}});
                 }
             }
@@ -178,7 +196,7 @@ Result<DicomSet> DicomSet::read(std::string name, std::vector<DicomFile> files, 
             ++twice;
             continue;
         }
-        pictures += header->frameCount;
+        pictures += std::max(header->frameCount, header->tiles.tiles);
         if (pictures > mostPictures) {
             return Error{ErrorCode::resourceExhausted, set.name,
                          fmt::format("holds more than {} pictures", mostPictures)};

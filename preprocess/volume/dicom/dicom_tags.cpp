@@ -60,6 +60,11 @@ void takeKind(Value value, Header header) {
     header.common.mark(DicomMark::kind) = number;
 }
 
+/// Siemens' elements lie where their block is, of which there are few.
+void takeMosaic(Value value, Header header) {
+    if (const auto mosaic = siemensMosaic(value.bytes)) header.tiles = *mosaic;
+}
+
 void takeUnit(Value value, Header header, Frame) {
     header.saysUnit = true;
     header.valueUnit = value.text() == "HU" ? "HU" : "";
@@ -129,9 +134,13 @@ constexpr DicomTag tags[] = {
     {0x00281053, "DS", nullptr, [](Value v, Header, Frame f) { f.slope = first(v); }},
     {0x00281054, "LO", nullptr, takeUnit},
     {0x00282110, "CS", [](Value v, Header h) { h.lossy = v.text() == "01"; }, nullptr},
+    {0x00291010, "OB", takeMosaic, nullptr},
+    {0x00291110, "OB", takeMosaic, nullptr},
+    {0x00291210, "OB", takeMosaic, nullptr},
     {0x00541001, "CS", [](Value v, Header h) { h.valueUnit = v.text() == "BQML" ? "Bq/ml" : wordOf(v); },
      nullptr},
     {0x00541300, "DS", nullptr, [](Value v, Header, Frame f) { f.mark(DicomMark::frameTime) = first(v); }},
+    {0x0062000b, "US", nullptr, [](Value v, Header, Frame f) { f.mark(DicomMark::segment) = first(v); }},
     {0x30040002, "CS", [](Value v, Header h) { h.valueUnit = v.text() == "GY" ? "Gy" : ""; }, nullptr},
     {0x3004000c, "DS", [](Value v, Header h) { h.frameOffsets = v.numbers(); }, nullptr},
     {0x3004000e, "DS", [](Value v, Header h) { h.common.slope = first(v); }, nullptr}};

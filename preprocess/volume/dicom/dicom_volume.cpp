@@ -34,7 +34,8 @@ class DicomVolume : public VolumeSource {
 
     Status open(const DicomStack& stack, const VolumeParts& parts) {
         const DicomHeader& first = headerOf(slices_.front());
-        MOTE_RETURN_IF_ERROR(setDimensions(shape_, first.columns, first.rows, slices_.size(), set_.name));
+        MOTE_RETURN_IF_ERROR(
+            setDimensions(shape_, first.sliceColumns(), first.sliceRows(), slices_.size(), set_.name));
         MOTE_RETURN_IF_ERROR(setPlacement(shape_, stack.axes, stack.origin, set_.name));
         for (const auto& slice : slices_) {
             MOTE_RETURN_IF_ERROR(checkPixels(headerOf(slice), set_.files[slice.file].name()));

@@ -16,7 +16,8 @@ struct MarkKind {
     double seconds;  ///< its unit, where it is a time; else 0
 };
 /// Those that say most come first; a time of the day last, as slices have their own.
-constexpr std::array<MarkKind, dicomMarks> kinds{{{DicomMark::temporal, "temporal position", 0.0},
+constexpr std::array<MarkKind, dicomMarks> kinds{{{DicomMark::segment, "segment number", 0.0},
+                                                  {DicomMark::temporal, "temporal position", 0.0},
                                                   {DicomMark::frameTime, "frame reference time", 1e-3},
                                                   {DicomMark::trigger, "trigger time", 1e-3},
                                                   {DicomMark::echo, "echo time", 0.0},
