@@ -11,7 +11,6 @@
 #include "preprocess/look/look_at.h"
 #include "preprocess/look/silent_notes.h"
 #include "preprocess/readers/input_files.h"
-#include "preprocess/volume/openpmd_mesh.h"
 #include "preprocess/volume/volume_source.h"
 
 namespace mote::prep {
@@ -114,14 +113,6 @@ Result<Found> lookAtField(const std::vector<std::filesystem::path>& inputs, cons
     return found;
 }
 
-/// The fields of an openPMD file where none was named; else the one that was, or "".
-Result<std::vector<std::string>> fieldsOf(const std::filesystem::path& input, const std::string& field) {
-    std::vector<std::string> one{field};
-    if (!field.empty()) return one;
-    MOTE_ASSIGN_OR_RETURN(auto fields, meshFields(input));
-    return fields.size() > 1 ? fields : one;
-}
-
 /// Of a file with several values for each voxel, of which a job wants one to be named: each of them. `error`
 /// is what it says where none is.
 Result<std::vector<Found>> lookAtComponents(const std::vector<std::filesystem::path>& inputs,
@@ -142,6 +133,25 @@ Result<std::vector<Found>> lookAtComponents(const std::vector<std::filesystem::p
     return all;
 }
 
+/// Those of a file of several, with how each is stored.
+Result<std::vector<Found>> lookAtFields(const VolumeFields& several, const LookOptions& options,
+                                        const std::function<Result<Found>(const std::string&)>& look) {
+    std::vector<std::string> names;
+    for (const VolumeField& field : several.fields) names.push_back(field.name);
+    const std::string told = toldBy(options.volume.format(), toldOfVolume(several.format));
+    MOTE_ASSIGN_OR_RETURN(auto all,
+                          lookAtEach(names, {"volume", several.format, told, "", {}, {}, {}, {}}, look));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const VolumeField& field = several.fields[i];
+        all[i].name = printableText(field.name);
+        if (field.type.empty()) continue;
+        all[i].facts.push_back(
+            {"components", field.components, "stored",
+             fmt::format("{} at each place, as {}", field.components, printableText(field.type))});
+    }
+    return all;
+}
+
 /// Files behind a name with %T; else the input itself, which may be a folder of pictures.
 Result<std::vector<std::filesystem::path>> filesOf(const std::filesystem::path& input) {
     std::error_code code;
@@ -158,18 +168,20 @@ Result<std::vector<std::filesystem::path>> filesOf(const std::filesystem::path& 
 Result<std::vector<Found>> lookAtVolume(const std::filesystem::path& input, const LookOptions& options,
                                         Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(const auto inputs, filesOf(input));
-    MOTE_ASSIGN_OR_RETURN(const auto fields, fieldsOf(inputs.front(), options.volume.field()));
-    const auto look = [&](const std::string& field) {
+    const std::string& field = options.volume.field();
+    const auto look = [&](const std::string& name) {
         auto wanted = options.volume;
-        wanted.set_field(field);
+        wanted.set_field(name);
         return lookAtField(inputs, options, wanted, progress);
     };
-    const Found whole{
-        "volume", "openpmd", toldBy(options.volume.format(), toldOfVolume("openpmd")), "", {}, {}, {}, {}};
-    auto found = lookAtEach(fields, whole, look);
-    const bool several = !found.ok() && found.error().code == ErrorCode::unsupported && fields.size() == 1 &&
-                         fields.front().empty();
-    return several ? lookAtComponents(inputs, options, found.error(), progress) : found;
+    const auto several =
+        field.empty() ? volumeFields(options.volume, inputs.front(), progress) : VolumeFields();
+    if (!several.fields.empty()) return lookAtFields(several, options, look);
+    auto found = look(field);
+    if (found.ok()) return std::vector<Found>{std::move(*found)};
+    const Error error = found.error();
+    if (error.code != ErrorCode::unsupported || !field.empty()) return error;
+    return lookAtComponents(inputs, options, error, progress);
 }
 
 }  // namespace mote::prep

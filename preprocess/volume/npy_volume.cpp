@@ -184,6 +184,15 @@ bool beginsAsNpy(std::string_view bytes) {
     return bytes.starts_with("\x93NUMPY");
 }
 
+Result<std::vector<VolumeField>> npyFields(const std::filesystem::path& path) {
+    MOTE_ASSIGN_OR_RETURN(const auto arrays, openNpyArrays(path));
+    std::vector<VolumeField> fields;
+    for (const auto& array : arrays) {
+        if (isVolume(array)) fields.push_back({array.name});
+    }
+    return fields;
+}
+
 Result<std::vector<std::string>> npySteps(const std::filesystem::path& path, const std::string& field) {
     MOTE_ASSIGN_OR_RETURN(const auto chosen, choose(path, field));
     MOTE_ASSIGN_OR_RETURN(const auto shape, shapeOf(chosen.array));

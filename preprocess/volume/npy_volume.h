@@ -23,6 +23,9 @@ bool beginsAsNpy(std::string_view bytes);
 /// notFound, resourceExhausted, those of openNpyArrays and chooseParts.
 Result<std::unique_ptr<VolumeSource>> openNpy(const std::filesystem::path& path, const std::string& field);
 
+/// The arrays of an archive that are volumes or series of them. Errors: those of openNpyArrays.
+Result<std::vector<VolumeField>> npyFields(const std::filesystem::path& path);
+
 /// The fields of all volumes of the array, where `field` leaves open which. Errors: as openNpy.
 Result<std::vector<std::string>> npySteps(const std::filesystem::path& path, const std::string& field);
 

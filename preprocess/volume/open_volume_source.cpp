@@ -227,6 +227,18 @@ Result<std::vector<std::string>> stepsOf(VolumeStep& step) {
     return parts.ok() ? fieldsOfSeries(field, *parts) : std::vector<std::string>{field};
 }
 
+Result<std::vector<VolumeField>> fieldsOfFormat(std::string_view format, const std::filesystem::path& input,
+                                                const Progress& progress) {
+    if (format == "vti") return vtiFields(input, progress);
+    if (format == "vdb") return vdbFields(input);
+    if (format == "npy") return npyFields(input);
+    std::vector<VolumeField> fields;
+    if (format != "openpmd") return fields;
+    MOTE_ASSIGN_OR_RETURN(const auto names, meshFields(input));
+    for (const auto& name : names) fields.push_back({name});
+    return fields;
+}
+
 /// Pictures of a patient, each a file, are one input.
 bool areOneInput(const proto::VolumeSourceOptions& options,
                  const std::vector<std::filesystem::path>& inputs) {
@@ -268,6 +280,15 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
                                                        const std::filesystem::path& input,
                                                        Progress& progress) {
     return openVolumeSource(VolumeStep{input, options, {}, {}}, progress);
+}
+
+VolumeFields volumeFields(const proto::VolumeSourceOptions& options, const std::filesystem::path& input,
+                          const Progress& progress) {
+    const auto format = formatOf(options, input);
+    if (!format) return {};
+    auto fields = fieldsOfFormat(*format, input, progress);
+    if (!fields || fields->size() < 2) return {};
+    return {std::string(*format), std::move(fields).value()};
 }
 
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,

@@ -74,6 +74,14 @@ std::optional<ScalarType> typeOf(const openvdb::GridBase& grid) {
     return std::nullopt;
 }
 
+/// Of OpenVDB's word for a type, "vec3s".
+std::uint64_t componentsOf(std::string_view type) {
+    constexpr std::string_view vector = "vec";
+    const bool several =
+        type.size() > vector.size() && type.starts_with(vector) && type[3] >= '2' && type[3] <= '4';
+    return several ? static_cast<std::uint64_t>(type[3] - '0') : 1;
+}
+
 template <class Grid>
 void copyBox(const openvdb::GridBase& grid, const openvdb::CoordBBox& box, std::span<float> values) {
     openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(box, values.data());
@@ -162,6 +170,23 @@ class VdbVolume : public VolumeSource {
             if (reader.descriptor().isInstance()) return unsupported("shares its voxels with another one");
             return setShape(*reader.grid());
         });
+    }
+
+    Result<std::vector<VolumeField>> fields() const {
+        std::vector<VolumeField> all;
+        std::size_t readable = 0;
+        const Status status = guarded([&]() -> Status {
+            for (GridReader reader(path_); reader.next();) {
+                const auto& grid = *reader.grid();
+                const std::string type = grid.valueType();
+                const bool first = typeOf(grid).has_value() && readable++ == 0;
+                all.insert(first ? all.begin() : all.end(),
+                           {reader.descriptor().gridName(), componentsOf(type), type});
+            }
+            return success();
+        });
+        if (!status) return status.error();
+        return all;
     }
 
     Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
@@ -301,6 +326,12 @@ class VdbVolume : public VolumeSource {
 
 bool beginsAsVdb(std::string_view bytes) {
     return bytes.starts_with(std::string_view("\x20\x42\x44\x56\0\0\0\0", 8));
+}
+
+Result<std::vector<VolumeField>> vdbFields(const fs::path& path) {
+    MOTE_ASSIGN_OR_RETURN(const auto file, fileStream(path));
+    openvdb::initialize();
+    return VdbVolume(path).fields();
 }
 
 Result<std::unique_ptr<VolumeSource>> openVdb(const fs::path& path, const std::string& field) {

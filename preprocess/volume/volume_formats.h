@@ -53,4 +53,7 @@ bool beginsAsVdb(std::string_view bytes);
 /// (vectors, points, a transform that is not linear), corrupt, those of fileStream.
 Result<std::unique_ptr<VolumeSource>> openVdb(const std::filesystem::path& path, const std::string& field);
 
+/// All grids, that which is read without a name first. Errors: corrupt, those of fileStream.
+Result<std::vector<VolumeField>> vdbFields(const std::filesystem::path& path);
+
 }  // namespace mote::prep

@@ -60,6 +60,22 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
                                                        const std::filesystem::path& input,
                                                        Progress& progress);
 
+/// One of several things in a file that a job may be asked for.
+struct VolumeField {
+    std::string name;              ///< as in --field
+    std::uint64_t components = 1;  ///< values at each place, of which it is one, or which it is made of
+    std::string type = {};         ///< of the stored numbers, in the file's own word
+};
+
+/// Those of a file of several arrays, grids or records, the one that is read without a name first; none of a
+/// file that holds one, or that cannot be read: opening it says why. `format`: as in --format.
+struct VolumeFields {
+    std::string format;
+    std::vector<VolumeField> fields;
+};
+VolumeFields volumeFields(const proto::VolumeSourceOptions& options, const std::filesystem::path& input,
+                          const Progress& progress);
+
 /// What tells a format, as of VolumeSource::format, for people: "its first bytes NRRD".
 std::string_view toldOfVolume(std::string_view format);
 

@@ -299,6 +299,21 @@ Result<std::unique_ptr<VolumeSource>> openComponent(ByteStreamPtr file, VtiHeade
                               StreamVolume::Ending::exact, header.parts);
 }
 
+/// Of an array what may be asked for.
+void addFields(const VtiArray& array, std::vector<VolumeField>& fields) {
+    const std::string name(array.attributes.text("Name")), type(array.attributes.text("type"));
+    const auto known = [&](const VolumeField& field) {
+        return field.name == name || field.name.starts_with(name + ":");
+    };
+    if (array.isMark() || name.empty() || std::any_of(fields.begin(), fields.end(), known)) return;
+    if (array.isScalar()) return fields.push_back({name, 1, type});
+    const auto count = array.attributes.wholeNumber("NumberOfComponents", 1);
+    if (!count || *count > mostComponents) return;
+    for (std::uint64_t i = 0; i < *count; ++i)
+        fields.push_back({fmt::format("{}:{}", name, i), *count, type});
+    fields.push_back({fmt::format("{}:{}", name, magnitudeName), *count, type});
+}
+
 }  // namespace
 
 bool VtiHeader::begins(std::string_view bytes) {
@@ -327,6 +342,16 @@ Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, con
     VtiHeader header;
     MOTE_RETURN_IF_ERROR(HeaderReader(document, *array, wanted.component, header).read());
     return header;
+}
+
+Result<std::vector<VolumeField>> vtiFields(const std::filesystem::path& path, const Progress& progress) {
+    constexpr std::string_view none = "\x01";  // no name of XML: all of the document is read
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
+    MOTE_ASSIGN_OR_RETURN(const auto document, VtiDocument::parse(*file, none, progress));
+    std::vector<VolumeField> fields;
+    if (const auto* const first = document.chosen(""); first != nullptr) addFields(*first, fields);
+    for (const VtiArray& array : document.arrays) addFields(array, fields);
+    return fields;
 }
 
 Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path, std::string_view field,

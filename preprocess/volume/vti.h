@@ -43,6 +43,10 @@ struct VtiHeader {
     static Result<VtiHeader> parse(ByteStream& file, std::string_view field, const Progress& progress);
 };
 
+/// The arrays that may be asked for, that which is read without a name first; of one with several values each
+/// of them and its length. Errors: those of VtiDocument::parse.
+Result<std::vector<VolumeField>> vtiFields(const std::filesystem::path& path, const Progress& progress);
+
 /// The array `field`, as VtiHeader::parse chooses it. The file may be gzipped. Errors: corrupt, unsupported
 /// (several pieces, another compressor), notFound (no such array), cancelled, those of fileStream.
 Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path, std::string_view field,

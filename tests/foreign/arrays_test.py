@@ -12,6 +12,7 @@ import h5py
 import mrcfile
 import numpy
 
+import looked
 import phantom
 from phantom import SIZES, VALUES
 from support import Case, needs_program, run, volume, volumes
@@ -67,6 +68,9 @@ class Npy(Case):
             save(path, density=VALUES.astype("i2"), other=numpy.stack([VALUES, 119 - VALUES]).astype("f4"))
             self.refused("holds several arrays: ask for one as the field; it holds density (6 x 4 x 5), other (2 x 6 x 4 x 5)",
                          volume, path)
+            (said,), _ = looked.look(path)
+            self.assertEqual([(each["name"], each["size"], each["steps"]) for each in said["found"] if each["kind"] == "volume"],
+                             [("density", [*SIZES], 1), ("other", [*SIZES], 2)])
             self.same(volume(path, "--field", "density"), VALUES)
             self.same(volumes(path, "--field", "other")[1], 119 - VALUES)
             self.same(volume(path, "--field", "other:1"), 119 - VALUES)

@@ -9,6 +9,7 @@ import pyopenvdb
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk
 
+import looked
 import phantom
 from phantom import SIZES, VALUES
 from support import Case, needs_program, volume
@@ -91,8 +92,57 @@ class Vti(Case):
             self.assertRaises(Exception, volume, self.write(image, mode), "--field", "TimeValue")
 
 
+    def test_look_tells_of_every_array(self):
+        """With the components, type and range of each, that which is read without a name first."""
+        velocity = numpy.stack([VALUES, 119 - VALUES, -VALUES], axis=-1).astype("f4")
+        for mode, packed in itertools.product(("ascii", "binary", "appended"), (False, True)):
+            image = vtk.vtkImageData()
+            image.CopyStructure(self.image())
+            array = numpy_to_vtk(velocity.reshape(-1, 3), deep=True)
+            array.SetName("velocity")
+            image.GetPointData().AddArray(array)
+            self.add(image.GetPointData(), numpy.zeros(120, "u1"), "vtkGhostType")
+            self.add(image.GetPointData(), 2.0 * VALUES, "pressure")
+            self.add(image.GetPointData(), VALUES.astype("i2"), "density")
+            self.add(image.GetCellData(), numpy.arange(60, dtype="i4"), "material")
+            image.GetPointData().SetActiveScalars("density")
+            (said,), status = looked.look(self.write(image, mode, packed))
+            self.assertEqual((status, said["refused"]), (0, []), said)
+            told = [(each["name"], each["components"], each["type"], *(each["columns"][0][end] for end in ("min", "max")))
+                    for each in said["found"]]
+            length = float(numpy.linalg.norm(velocity, axis=-1).max())
+            shortest = float(numpy.linalg.norm(velocity, axis=-1).min())
+            self.assertEqual(told[0], ("density", 1, "i16", 0, 119), mode)
+            self.assertEqual(set(told[:4] + told[5:]), {
+                ("density", 1, "i16", 0, 119), ("velocity:0", 3, "f32", 0, 119), ("velocity:1", 3, "f32", 0, 119),
+                ("velocity:2", 3, "f32", -119, 0), ("pressure", 1, "f64", 0, 238), ("material", 1, "i32", 0, 59)})
+            self.assertEqual(told[4][:3], ("velocity:magnitude", 3, "f32"))
+            numpy.testing.assert_allclose(told[4][3:], (shortest, length), rtol=1e-6)
+
+
 @needs_program
 class Vdb(Case):
+    def test_look_tells_of_every_grid(self):
+        grids = []
+        for name, low in (("heat", 5.0), ("fuel", -3.0)):
+            grid = pyopenvdb.FloatGrid()
+            grid.copyFromArray(low + numpy.arange(24.0).reshape(2, 3, 4))
+            grid.name = name
+            grids.append(grid)
+        path = self.folder / "a.vdb"
+        vectors = pyopenvdb.Vec3SGrid()
+        vectors.name = "speed"
+        vectors.fill((0, 0, 0), (3, 3, 3), (1.0, 2.0, 3.0))
+        pyopenvdb.write(str(path), [vectors, *grids])
+        (said,), status = looked.look(path)
+        self.assertEqual((status, said["refused"]), (1, []))
+        self.assertEqual([(each["name"], each["components"]) for each in said["found"]], [("heat", 1), ("speed", 3), ("fuel", 1)])
+        heat, speed, fuel = said["found"]
+        self.assertEqual([(each["columns"][0]["min"], each["columns"][0]["max"]) for each in (heat, fuel)], [(5, 28), (-3, 20)])
+        self.assertEqual((heat["type"], heat["refused"]), ("f32", []))
+        self.assertIn("holds values of type vec3s", speed["refused"][0])
+        self.same(volume(path), (5.0 + numpy.arange(24.0).reshape(2, 3, 4)).transpose(2, 1, 0))
+
     def write(self, grid):
         grid.name = "density"
         path = self.folder / "a.vdb"
