@@ -10,6 +10,7 @@ from program import BIN
 SECONDS = 120  # no file of the tests takes a part of it
 PASSED_ON = ("--mass", "--map", "--species", "--format", "--frequency", "--field", "--series")
 formats = None  # those that the running test writes; None: any
+family = ""  # what that test is of
 
 
 def look(*arguments):
@@ -29,25 +30,26 @@ def _passed(options):
     return kept
 
 
-def hold(kind, arguments, manifest):
-    """`arguments` are those of the job: inputs, then options; manifest: None where the file was refused."""
-    words = [str(word) for word in arguments]
-    first = next((at for at, word in enumerate(words) if word.startswith("--")), len(words))
-    inputs, options = words[:first], words[first:]
+def hold(kind, inputs, options, manifest):
+    """The format. `inputs` and `options` are those of the job; manifest: None where the file was refused."""
     if len(inputs) > 3:
         inputs = [inputs[0], inputs[-1]]  # one of them is like the next
     said, status = look(*inputs, *_passed(options))
     assert len(said) == len(inputs) or not said, said
+    found = [each for each in said[0]["found"] if each["kind"] == kind] if said else []
+    form = found[0]["format"] if found else family if formats is None else "/".join(sorted(formats))
+    if "--dimensions" in options:
+        form = "raw"
     if manifest is None or len(inputs) > 1 or {"--dimensions", "--isovalue"} & set(options):
-        return
-    found = [each for each in said[0]["found"] if each["kind"] == kind]
+        return form
     assert found, f"{inputs} is read as {kind}, and looks like {said}"
     if len(found) > 1:  # one of several species or fields
-        return
+        return form
     assert formats is None or found[0]["format"] in formats, f"{inputs} is {found[0]['format']}, not {formats}"
     assert not found[0]["refused"], found
     {"particles": _particles, "volume": _volume, "mesh": _mesh}[kind](found[0], options, manifest[_NAMES[kind]])
     assert status == 0 or said[0]["refused"], said
+    return form
 
 
 _NAMES = {"particles": "particles", "volume": "hybrid", "mesh": "mesh"}

@@ -6,6 +6,7 @@ import unittest
 
 import numpy
 import vtk
+from vtk.util.numpy_support import vtk_to_numpy
 
 from support import Case, mesh, needs_program
 
@@ -166,6 +167,40 @@ class Meshes(Case):
             self.assertEqual(len(read.triangles), source.GetOutput().GetNumberOfPolys())
             self.assertLess(abs(read.area / measure.GetSurfaceArea() - 1), 1e-5, name)
             self.assertLess(abs(read.enclosed / measure.GetVolume() - 1), 1e-5, name)
+
+    def test_which_triangles_cut_each_other(self):
+        """Those pairs of two spheres that VTK finds, near the origin and far from it."""
+        def sphere(middle, sides):
+            source = vtk.vtkSphereSource()
+            source.SetCenter(*middle)
+            source.SetRadius(1)
+            source.SetThetaResolution(sides)
+            source.SetPhiResolution(sides)
+            source.Update()
+            return source.GetOutput()
+
+        for far, middle in itertools.product((0.0, 250.0), ((0.7, 0.41, 0.33), (1.1, -0.9, 0.2), (2.3, 0.1, 0.2))):
+            one, other = (sphere(numpy.array(at) + far, sides) for at, sides in (((0, 0, 0), 20), (middle, 23)))
+            both = vtk.vtkAppendPolyData()
+            both.AddInputData(one)
+            both.AddInputData(other)
+            writer = vtk.vtkPLYWriter()
+            writer.SetFileName(str(self.folder / "a.ply"))
+            writer.SetInputConnection(both.GetOutputPort())
+            writer.Write()
+            wanted = set()
+            if middle[0] < 2:
+                cut = vtk.vtkIntersectionPolyDataFilter()
+                cut.SetInputData(0, one)
+                cut.SetInputData(1, other)
+                cut.SplitFirstOutputOff()
+                cut.SplitSecondOutputOff()
+                cut.Update()
+                cells = cut.GetOutput(0).GetCellData()
+                first, second = (vtk_to_numpy(cells.GetArray(f"Input{i}CellID")) for i in (0, 1))
+                wanted = set(zip(first.tolist(), (second + one.GetNumberOfCells()).tolist()))
+                self.assertGreater(len(wanted), 100)
+            self.assertEqual(set(map(tuple, mesh(self.folder / "a.ply").intersections.tolist())), wanted)
 
     def test_surfaces_of_volumes_far_away(self):
         """A ball in a volume of far origin is as round as one at 0."""

@@ -12,6 +12,7 @@ import h5py
 import numpy
 import zstandard
 
+import counted
 import looked
 from program import BIN, ROOT
 
@@ -33,15 +34,21 @@ def run(*arguments):
     raise Refused(done.stderr.strip().splitlines()[-1])
 
 
-def make(kind, made, *arguments):
-    """The manifest of the dataset that mote-prep makes; what look says of the same files is held to it."""
+def make(kind, made, *arguments, apart=False):
+    """The manifest of the dataset that mote-prep makes; what look says of the same files is held to it. `apart`: each
+    input is a variant of its own."""
+    words = [str(word) for word in arguments]
+    first = next((at for at, word in enumerate(words) if word.startswith("--")), len(words))
+    inputs, options = words[:first], words[first:]
     try:
         run(kind, *arguments, "--out", made, "--quiet")
     except Refused:
-        looked.hold(kind, arguments, None)
+        counted.add(looked.hold(kind, inputs, options, None), inputs, options, False)
         raise
     manifest = json.loads((made / "manifest.json").read_text(encoding="utf-8"))
-    looked.hold(kind, arguments, manifest)
+    said = looked.hold(kind, inputs, options, manifest)
+    for variant in [[each] for each in inputs] if apart else [inputs]:
+        counted.add(said, variant, options, True)
     return manifest
 
 
@@ -62,17 +69,17 @@ class Volume:
 
 
 @contextlib.contextmanager
-def _dataset(kind, *arguments):
+def _dataset(kind, *arguments, apart=False):
     with tempfile.TemporaryDirectory() as folder:
         made = pathlib.Path(folder) / "a.mote"
-        yield made, make(kind, made, *arguments)
+        yield made, make(kind, made, *arguments, apart=apart)
 
 
-def volumes(paths, *options):
+def volumes(paths, *options, apart=False):
     """All steps of what mote-prep volume makes of a file, or of several of one size and place: 16 bits of the range
     of values."""
     inputs = [paths] if isinstance(paths, (str, pathlib.Path)) else paths
-    with _dataset("volume", *inputs, "--low", 65536, "--value-bits", 16, *options) as (folder, manifest):
+    with _dataset("volume", *inputs, "--low", 65536, "--value-bits", 16, *options, apart=apart) as (folder, manifest):
         hybrid = manifest["hybrid"]
         steps = []
         for step in hybrid["steps"]:
@@ -106,6 +113,7 @@ class Mesh:
     """What mote-prep mesh makes of a file."""
     points: numpy.ndarray
     triangles: numpy.ndarray
+    intersections: numpy.ndarray  # pairs of triangles
     notes: str
     manifest: dict
 
@@ -124,7 +132,8 @@ class Mesh:
 def mesh(path, *options):
     with _dataset("mesh", path, *options) as (folder, manifest):
         with h5py.File(folder / "mesh.h5") as file:
-            return Mesh(file["/mesh/position"][...], file["/mesh/triangle"][...],
+            pairs = file["/mesh/intersection"][...] if "intersection" in file["/mesh"] else numpy.zeros((0, 2), int)
+            return Mesh(file["/mesh/position"][...], file["/mesh/triangle"][...], pairs,
                         "\n".join(manifest["mesh"].get("notes", [])), manifest)
 
 
@@ -134,7 +143,8 @@ class Case(unittest.TestCase):
     FORMATS = None  # those that the files of a test are of, as --format has them
 
     def setUp(self):
-        looked.formats = self.FORMATS
+        looked.formats, looked.family = self.FORMATS, type(self).__name__
+        counted.legal = "damage" not in self.id()
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
@@ -149,7 +159,7 @@ class Case(unittest.TestCase):
 
     def all_same(self, variants, values, affine=None, options=()):
         """Files of one size and place, by what each is: read as the steps of one series."""
-        steps = volumes(list(variants.values()), *options)
+        steps = volumes(list(variants.values()), *options, apart=True)
         self.assertEqual(len(steps), len(variants))
         for what, made in zip(variants, steps):
             self.same(made, values, affine, what)
