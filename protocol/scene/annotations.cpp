@@ -5,7 +5,8 @@
 
 #include <algorithm>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/mix.h"
 #include "protocol/scene/write_fields.h"
 
@@ -47,18 +48,11 @@ Result<Annotations> parseAnnotations(const proto::Annotations& message) {
     annotations.scaleBar = message.scale_bar();
     annotations.labels = message.labels();
     MOTE_RETURN_IF_ERROR(checkTitle(message.title()));
+    MOTE_RETURN_IF_ERROR(checkFields(message));
     annotations.title = message.title();
-    constexpr LengthField fontField{"fontPoints", 1.0, 200.0};
-    MOTE_ASSIGN_OR_RETURN(
-        annotations.fontPoints,
-        checkLength(message.has_font_points(), message.font_points(), annotations.fontPoints, fontField));
-    if (message.has_print_width()) {
-        MOTE_ASSIGN_OR_RETURN(annotations.printWidth,
-                              checkRange(message.print_width(), leastPrintWidth, 1e5, "printWidth"));
-    }
-    if (!message.color().empty()) {
-        MOTE_ASSIGN_OR_RETURN(annotations.color, checkColor(message.color(), glm::dvec3(0.0), "color"));
-    }
+    annotations.fontPoints = lengthOf(message, message.kFontPointsFieldNumber);
+    if (message.has_print_width()) annotations.printWidth = message.print_width();
+    annotations.color = colorOf(message, message.kColorFieldNumber);
     return annotations;
 }
 

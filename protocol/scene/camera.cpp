@@ -6,18 +6,10 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/resolve.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
-namespace {
-
-constexpr double worldLimit = 1e12;  // far from overflow when squared and transformed in double precision
-
-void assign(google::protobuf::RepeatedField<double>* field, const glm::dvec3& vector) {
-    field->Assign(&vector.x, &vector.x + 3);
-}
-
-}  // namespace
 
 glm::dmat4 Camera::worldToEye() const {
     return glm::lookAt(eye, target, up);
@@ -51,38 +43,30 @@ Camera fitCamera(const Bounds& bounds, double aspect) {
     return camera;
 }
 
-Result<Camera> parseCamera(const proto::Camera& message) {
-    Camera camera;
-    MOTE_ASSIGN_OR_RETURN(camera.eye, checkVector(message.eye(), worldLimit, "eye"));
-    MOTE_ASSIGN_OR_RETURN(camera.target, checkVector(message.target(), worldLimit, "target"));
-    if (!message.up().empty()) {
-        MOTE_ASSIGN_OR_RETURN(camera.up, checkVector(message.up(), worldLimit, "up"));
-    }
+Result<Camera> parseCamera(const proto::Camera& said) {
+    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(said));
+    Camera camera{.eye = readVector(message.eye()),
+                  .target = readVector(message.target()),
+                  .up = readVector(message.up()),
+                  .fovYDegrees = message.fov_y_degrees(),
+                  .orthographicHeight = std::nullopt};
+    if (message.has_orthographic_height()) camera.orthographicHeight = message.orthographic_height();
     const glm::dvec3 sight = camera.target - camera.eye;
     if (!(glm::length(sight) > 1e-9 * (1.0 + glm::length(camera.eye)))) {
-        return Error{ErrorCode::invalidArgument, "target", "the target must differ from the eye"};
+        return invalid("target", "the target must differ from the eye");
     }
     const double sine = glm::length(glm::cross(glm::normalize(sight), camera.up)) / glm::length(camera.up);
     if (!(sine > 1e-6)) {
-        return Error{ErrorCode::invalidArgument, "up", "up must be a direction away from the line of sight"};
-    }
-    if (message.has_fov_y_degrees()) {
-        MOTE_RETURN_IF_ERROR(checkRange(message.fov_y_degrees(), 0.1, 179.0, "fovYDegrees"));
-        camera.fovYDegrees = message.fov_y_degrees();
-    }
-    if (message.has_orthographic_height()) {
-        MOTE_RETURN_IF_ERROR(
-            checkRange(message.orthographic_height(), 1e-9, worldLimit, "orthographicHeight"));
-        camera.orthographicHeight = message.orthographic_height();
+        return invalid("up", "up must be a direction away from the line of sight");
     }
     return camera;
 }
 
 proto::Camera toProto(const Camera& camera) {
     proto::Camera message;
-    assign(message.mutable_eye(), camera.eye);
-    assign(message.mutable_target(), camera.target);
-    assign(message.mutable_up(), camera.up);
+    writeVector(camera.eye, message.mutable_eye());
+    writeVector(camera.target, message.mutable_target());
+    writeVector(camera.up, message.mutable_up());
     message.set_fov_y_degrees(camera.fovYDegrees);
     if (camera.orthographicHeight) message.set_orthographic_height(*camera.orthographicHeight);
     return message;

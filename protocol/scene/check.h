@@ -11,22 +11,14 @@
 #include <string_view>
 
 #include "protocol/scene/error.h"
-#include "protocol/scene/length_scale.h"
 
 namespace mote {
 
 /// A finite number in [least, greatest].
 Result<double> checkRange(double value, double least, double greatest, std::string_view field);
 
-/// A length on the screen that a message may leave out (`has`): then it is the usual one.
-Result<ScreenLength> checkLength(bool has, double value, const ScreenLength& usual, const LengthField& field);
-
 /// Three finite numbers, each of magnitude at most `limit`.
 Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& values, double limit,
                                std::string_view field);
-
-/// Three numbers in [0, 1], sRGB-encoded, returned linear; `fallback` (linear) where there are none.
-Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values,
-                              const glm::dvec3& fallback, std::string_view field);
 
 }  // namespace mote

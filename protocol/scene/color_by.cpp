@@ -3,38 +3,22 @@
 
 #include <fmt/format.h>
 
-#include "protocol/scene/check.h"
 #include "protocol/scene/column_name.h"
+#include "protocol/scene/fields/resolve.h"
 
 namespace mote {
-namespace {
 
-constexpr double largestColored = 1e300;  // so that the length of a range is a number
-
-Result<std::optional<ValueRange>> parseRange(const google::protobuf::RepeatedField<double>& range) {
-    if (range.empty()) return std::optional<ValueRange>();
-    if (range.size() != 2) return invalid("range", fmt::format("2 values are needed, not {}", range.size()));
-    MOTE_ASSIGN_OR_RETURN(const auto low, checkRange(range[0], -largestColored, largestColored, "range[0]"));
-    MOTE_ASSIGN_OR_RETURN(const auto high, checkRange(range[1], -largestColored, largestColored, "range[1]"));
-    if (!(low < high)) return invalid("range", "the second value must be the greater one");
-    return std::optional(ValueRange{low, high});
-}
-
-}  // namespace
-
-Result<ColorBy> parseColorBy(const proto::ColorBy& message) {
+Result<ColorBy> parseColorBy(const proto::ColorBy& said) {
     ColorBy colorBy;
-    MOTE_ASSIGN_OR_RETURN(colorBy.column, checkColumnName(message.column(), "column"));
-    MOTE_ASSIGN_OR_RETURN(colorBy.range, parseRange(message.range()));
-    const auto& map = message.color_map();
-    const auto found = ColorMap::find(map.empty() ? ColorBy::defaultMap : std::string_view(map));
-    if (!found.ok()) return found.error().within("colorMap");
-    colorBy.colorMap = *found;
-    const auto& word = message.of_pixel();
-    if (word == "nearest") colorBy.ofPixel = ColorBy::OfPixel::nearest;
-    if (word == "mean") colorBy.ofPixel = ColorBy::OfPixel::mean;
-    if (word.empty() || word == "mean" || word == "nearest") return colorBy;
-    return invalid("ofPixel", "there are \"mean\" and \"nearest\"");
+    MOTE_ASSIGN_OR_RETURN(colorBy.column, checkColumnName(said.column(), "column"));
+    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(said));
+    if (!message.range().empty()) colorBy.range = ValueRange{message.range(0), message.range(1)};
+    if (colorBy.range && !(colorBy.range->low < colorBy.range->high))
+        return invalid("range", "the second value must be the greater one");
+    colorBy.colorMap = ColorMap::find(message.color_map()).value();
+    if (message.of_pixel() == "nearest") colorBy.ofPixel = ColorBy::OfPixel::nearest;
+    if (message.of_pixel() == "mean") colorBy.ofPixel = ColorBy::OfPixel::mean;
+    return colorBy;
 }
 
 proto::ColorBy toProto(const ColorBy& colorBy) {

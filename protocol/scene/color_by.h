@@ -19,7 +19,6 @@
 namespace mote {
 
 struct ColorBy {
-    static constexpr std::string_view defaultMap = "viridis";
     static constexpr double opaque = 0.5;  ///< points of such an opacity hide those behind them
     enum class OfPixel {
         mean,     ///< the colour of the mean value of a pixel's points

@@ -18,6 +18,8 @@ class Curve {
         bool operator==(const Knot&) const = default;
     };
 
+    static constexpr double largest = 1e300;  ///< of what x may be where nobody says more
+
     /// Errors: no knots, more than 256, x outside [least, greatest], y outside [0, 1], x that descends.
     static Result<Curve> create(std::vector<Knot> knots, double least = 0.0, double greatest = 1.0);
     static Curve constant(double y);

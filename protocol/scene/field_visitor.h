@@ -26,7 +26,7 @@ class FieldVisitor {
     virtual void word(bool same) = 0;
 
     /// One that is there only where it is said.
-    void pixels(double& value, double other, const LengthField& field = pointSizeField) {
+    void pixels(double& value, double other, const LengthField& field) {
         ScreenLength length(value);
         pixels(length, ScreenLength(other), field);
         value = length.value();
@@ -46,9 +46,6 @@ class FieldVisitor {
         number(value.specular, other.specular);
         word(value.fixed == other.fixed && value.shadow == other.shadow);
     }
-
-  private:
-    static constexpr LengthField pointSizeField{"particles.points.sizePixels", 0.1, 64.0};
 };
 
 }  // namespace mote

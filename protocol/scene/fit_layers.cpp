@@ -24,7 +24,7 @@ Bounds grown(const Bounds& bounds, double factor) {
 }  // namespace
 
 bool isFitted(const Layer& layer) {
-    const bool onScreen = layer.stipple() != nullptr && layer.stipple()->onPlane();
+    const bool onScreen = layer.stipple() != nullptr && onPlane(*layer.stipple());
     return !onScreen && layer.opacity > 0.0;
 }
 

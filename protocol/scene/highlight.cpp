@@ -3,15 +3,12 @@
 
 #include <algorithm>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
+#include "protocol/scene/particles_style.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
-namespace {
-
-constexpr LengthField highlightSize{"highlight.sizePixels", 0.1, 64.0};
-
-}  // namespace
 
 Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSelectionMessages& named) {
     Highlight highlight;
@@ -20,14 +17,11 @@ Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSel
     auto selection = parseSelection(message.selection(), named);
     MOTE_RETURN_IF_ERROR(selection, "selection");
     highlight.selection = *std::move(selection);
-    MOTE_ASSIGN_OR_RETURN(highlight.color, checkColor(message.color(), highlight.color, "color"));
-    if (message.has_size_pixels()) {
-        MOTE_ASSIGN_OR_RETURN(highlight.pointSize, checkRange(message.size_pixels(), highlightSize.least,
-                                                              highlightSize.greatest, highlightSize.name()));
-    }
-    const double opacity = message.has_opacity() ? message.opacity() : highlight.opacity;
-    MOTE_ASSIGN_OR_RETURN(const double checked, checkRange(opacity, 0.0, 1.0, "opacity"));
-    highlight.opacity = std::min(checked, ParticlesStyle::opacityLimit);
+    MOTE_RETURN_IF_ERROR(checkOwnFields(message));
+    highlight.color = colorOf(message, message.kColorFieldNumber).value();
+    if (message.has_size_pixels()) highlight.pointSize = message.size_pixels();
+    highlight.opacity =
+        std::min(numberOf(message, message.kOpacityFieldNumber), ParticlesStyle::opacityLimit);
     return highlight;
 }
 
@@ -46,7 +40,7 @@ void visitFields(Highlight& highlight, const Highlight& other, FieldVisitor& vis
     visitor.number(highlight.opacity, other.opacity);
     visitor.word(highlight.pointSize.has_value() == other.pointSize.has_value());
     if (highlight.pointSize && other.pointSize)
-        visitor.pixels(*highlight.pointSize, *other.pointSize, highlightSize);
+        visitor.pixels(*highlight.pointSize, *other.pointSize, lengthField("highlight.sizePixels"));
 }
 
 }  // namespace mote

@@ -10,17 +10,15 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/field_visitor.h"
-#include "protocol/scene/particles_style.h"
 #include "protocol/scene/selection.h"
-#include "protocol/scene/srgb.h"
 
 namespace mote {
 
 struct Highlight {
     Selection selection;
-    glm::dvec3 color = srgbToLinear(glm::dvec3(0.2, 1.0, 0.6));  ///< linear RGB
-    std::optional<double> pointSize;                             ///< pixels; absent: the layer's
-    double opacity = ParticlesStyle::opacityLimit;               ///< of one point; at most so much
+    glm::dvec3 color{0.0};            ///< linear RGB
+    std::optional<double> pointSize;  ///< pixels; absent: the layer's
+    double opacity = 0.0;             ///< of one point, at most ParticlesStyle::opacityLimit
 
     bool operator==(const Highlight&) const = default;
 };

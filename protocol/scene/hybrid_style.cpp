@@ -9,24 +9,16 @@
 #include <string_view>
 #include <utility>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/style_kinds.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
 
-constexpr double largest = 1e30;  // of a value, a place or a distance
-
 template <class T, std::size_t count>
-Result<T> parseName(const std::string& name, const std::array<std::pair<std::string_view, T>, count>& known,
-                    std::string_view field) {
-    std::string names;
-    for (const auto& [one, value] : known) {
-        if (one == name) return value;
-        if (!one.empty()) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", one);
-    }
-    return invalid(std::string(field), fmt::format("there are {}", names));
+T valueOf(const std::string& name, const std::array<std::pair<std::string_view, T>, count>& known) {
+    return std::ranges::find(known, std::string_view(name), &std::pair<std::string_view, T>::first)->second;
 }
 
 constexpr std::array<std::pair<std::string_view, HybridRepresentation>, 4> representations{
@@ -35,10 +27,8 @@ constexpr std::array<std::pair<std::string_view, HybridRepresentation>, 4> repre
      {"residual", HybridRepresentation::residual},
      {"volume", HybridRepresentation::volume}}};
 
-constexpr std::array<std::pair<std::string_view, PointShape>, 4> shapes{{{"", PointShape::gaussian},
-                                                                         {"square", PointShape::square},
-                                                                         {"disc", PointShape::disc},
-                                                                         {"gaussian", PointShape::gaussian}}};
+constexpr std::array<std::pair<std::string_view, PointShape>, 3> shapes{
+    {{"square", PointShape::square}, {"disc", PointShape::disc}, {"gaussian", PointShape::gaussian}}};
 
 template <class T, std::size_t count>
 std::string nameOf(T value, const std::array<std::pair<std::string_view, T>, count>& known) {
@@ -49,71 +39,43 @@ std::string nameOf(T value, const std::array<std::pair<std::string_view, T>, cou
 Status parseCurve(const proto::HybridStyle& message, HybridStyle& style) {
     if (message.curve().empty()) return success();
     std::vector<Curve::Knot> knots;
-    for (const auto& knot : message.curve()) knots.push_back({knot.value(), knot.opacity()});
-    auto curve = Curve::create(std::move(knots), -largest, largest);
-    if (!curve.ok()) return curve.error().within("curve");
-    style.opacity = *std::move(curve);
     const bool colored = !message.curve(0).color().empty();
     for (int i = 0; i < message.curve_size(); ++i) {
-        const auto at = fmt::format("curve[{}].color", i);
-        if (message.curve(i).color().empty() == colored) {
-            return invalid(at, "all knots of a curve have a color, or none");
-        }
-        if (!colored) continue;
-        MOTE_ASSIGN_OR_RETURN(const auto color, checkColor(message.curve(i).color(), glm::dvec3(0.0), at));
-        style.colors.push_back(color);
+        const auto& knot = message.curve(i);
+        knots.push_back({knot.value(), knot.opacity()});
+        if (knot.color().empty() == colored)
+            return invalid(fmt::format("curve[{}].color", i), "all knots of a curve have a color, or none");
+        if (colored) style.colors.push_back(readColor(knot.color()));
     }
+    style.opacity = Curve::create(std::move(knots), -Curve::largest, Curve::largest).value();
     return success();
 }
 
 Status parseColors(const proto::HybridStyle& message, HybridStyle& style) {
     if (!message.color_map().empty()) {
         if (!style.colors.empty()) return invalid("colorMap", "is instead of the knots' colors");
-        const auto map = ColorMap::find(message.color_map());
-        if (!map.ok()) return map.error().within("colorMap");
-        style.colorMap = *map;
+        style.colorMap = ColorMap::find(message.color_map()).value();
     }
     if (message.color_range().empty()) return success();
-    if (message.color_range_size() != 2) {
-        return invalid("colorRange", fmt::format("2 values are needed, not {}", message.color_range_size()));
-    }
-    MOTE_ASSIGN_OR_RETURN(const auto low,
-                          checkRange(message.color_range(0), -largest, largest, "colorRange[0]"));
-    MOTE_ASSIGN_OR_RETURN(const auto high,
-                          checkRange(message.color_range(1), -largest, largest, "colorRange[1]"));
-    if (!(low < high)) return invalid("colorRange", "the second value must be the greater one");
-    style.colorRange = ValueRange{low, high};
-    return success();
-}
-
-Status parsePoints(const proto::HybridStyle& message, HybridStyle& style) {
-    MOTE_ASSIGN_OR_RETURN(style.pointShape, parseName(message.point_shape(), shapes, "pointShape"));
-    MOTE_ASSIGN_OR_RETURN(style.pointOpacity, checkRange(message.has_point_opacity() ? message.point_opacity()
-                                                                                     : style.pointOpacity,
-                                                         0.0, 1.0, "pointOpacity"));
-    return success();
+    style.colorRange = ValueRange{message.color_range(0), message.color_range(1)};
+    if (style.colorRange->low < style.colorRange->high) return success();
+    return invalid("colorRange", "the second value must be the greater one");
 }
 
 Result<HalfSpace> parsePlane(const proto::ClipPlane& message) {
-    const auto normal = checkVector(message.normal(), 1e6, "normal");
-    MOTE_RETURN_IF_ERROR(normal);
-    MOTE_ASSIGN_OR_RETURN(const auto distance, checkRange(message.distance(), -largest, largest, "distance"));
-    const double length = glm::length(*normal);
+    const glm::dvec3 normal = readVector(message.normal());
+    const double length = glm::length(normal);
     if (!(length > 1e-6)) return invalid("normal", "a normal must not be zero");
-    return HalfSpace{*normal / length, distance / length};
+    return HalfSpace{normal / length, message.distance() / length};
 }
 
 Result<Bounds> parseBox(const proto::ClipBox& message) {
-    const auto min = checkVector(message.min(), largest, "min");
-    MOTE_RETURN_IF_ERROR(min);
-    const auto max = checkVector(message.max(), largest, "max");
-    MOTE_RETURN_IF_ERROR(max);
+    const Bounds box{readVector(message.min()), readVector(message.max())};
     for (int axis = 0; axis < 3; ++axis) {
-        if (!((*min)[axis] < (*max)[axis])) {
+        if (!(box.min[axis] < box.max[axis]))
             return invalid(fmt::format("max[{}]", axis), "must lie above the box's min");
-        }
     }
-    return Bounds{*min, *max};
+    return box;
 }
 
 Status parseClips(const proto::HybridStyle& message, HybridStyle& style) {
@@ -160,18 +122,21 @@ void writeClips(const HybridStyle& style, proto::HybridStyle& message) {
 
 }  // namespace
 
-Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message) {
+Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& said) {
+    auto filled = said;
+    auto& light = *filled.mutable_light();
+    if (!light.has_ambient()) light.set_ambient(0.25);
+    if (!light.has_diffuse()) light.set_diffuse(0.75);
+    if (!light.has_specular()) light.set_specular(0.25);
+    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(std::move(filled)));
+    if (message.light().shadow()) return invalid("light.shadow", "volumes cast no shadows");
     HybridStyle style;
-    const auto representation = parseName(message.representation(), representations, "representation");
-    MOTE_RETURN_IF_ERROR(representation);
-    style.representation = *representation;
+    style.representation = valueOf(message.representation(), representations);
+    style.pointShape = valueOf(message.point_shape(), shapes);
+    style.pointOpacity = message.point_opacity();
+    style.light = lightOf(message.light());
     MOTE_RETURN_IF_ERROR(parseCurve(message, style));
     MOTE_RETURN_IF_ERROR(parseColors(message, style));
-    MOTE_RETURN_IF_ERROR(parsePoints(message, style));
-    const auto light = parseLight(message.light(), Light{.ambient = 0.25, .diffuse = 0.75, .specular = 0.25});
-    if (!light.ok()) return light.error().within("light");
-    if (light->shadow) return invalid("light.shadow", "volumes cast no shadows");
-    style.light = *light;
     MOTE_RETURN_IF_ERROR(parseClips(message, style));
     return style;
 }

@@ -75,6 +75,9 @@ struct InkStyle {
 /// a curve that descends.
 Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3& background);
 
+/// The message of such a style, filled in but for its colour. Errors likewise.
+Result<proto::InkStyle> resolvedInk(proto::InkStyle message);
+
 /// Words of the style, as messages have them; "" is the first's.
 std::string_view toString(SilhouetteMode mode);
 std::string_view toString(Segmentation segments);

@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/style_kinds.h"
 
 namespace mote {
@@ -29,8 +29,8 @@ Status checkKind(const proto::Layer& message) {
 }
 
 Result<Towards> parseTowards(const proto::Towards& message) {
-    MOTE_ASSIGN_OR_RETURN(const double share, checkRange(message.share(), 0.0, 1.0, "share"));
-    return Towards{message.step(), share};
+    MOTE_RETURN_IF_ERROR(checkFields(message));
+    return Towards{message.step(), message.share()};
 }
 
 /// Sets an optional part where the message has it.

@@ -6,7 +6,6 @@
 #include <glm/vec3.hpp>
 
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 
@@ -22,7 +21,7 @@ struct Light {
     bool operator==(const Light&) const = default;
 };
 
-/// What the message leaves out is as in `fallback`. Errors: a direction of length zero, a part out of [0, 1].
-Result<Light> parseLight(const proto::Light& message, const Light& fallback = {});
+/// Of a resolved message (fields/resolve.h).
+Light lightOf(const proto::Light& message);
 
 }  // namespace mote

@@ -80,8 +80,7 @@ ColoredCurve withKnotsAt(const ColoredCurve& curve, const std::vector<double>& p
         knots.push_back({places[i], opacityAt(curve, place)});
         if (!curve.colors.empty()) colors.push_back(colorAt(curve, place));
     }
-    constexpr double any = 1e300;
-    return {Curve::create(std::move(knots), -any, any).value(), std::move(colors)};
+    return {Curve::create(std::move(knots), -Curve::largest, Curve::largest).value(), std::move(colors)};
 }
 
 ColoredCurve mixKnots(const ColoredCurve& from, const ColoredCurve& to, double share) {
@@ -92,8 +91,7 @@ ColoredCurve mixKnots(const ColoredCurve& from, const ColoredCurve& to, double s
         knots.push_back({mix(a.x, b.x, share), mix(a.y, b.y, share)});
         if (!from.colors.empty()) colors.push_back(mix(from.colors[i], to.colors[i], share));
     }
-    constexpr double any = 1e300;
-    return {Curve::create(std::move(knots), -any, any).value(), std::move(colors)};
+    return {Curve::create(std::move(knots), -Curve::largest, Curve::largest).value(), std::move(colors)};
 }
 
 }  // namespace

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/log_density.h"
 #include "protocol/scene/mix_curve.h"
 #include "protocol/scene/srgb.h"
@@ -21,8 +22,9 @@ const std::vector<Curve::Knot>& defaultVolumeKnots() {
     return knots;
 }
 
-constexpr LengthField pointSizeField{"particles.points.sizePixels", 0.1, 64.0};
-constexpr double unknownOpacity = 0.25;  // of a point of a plot of which nothing is known
+// Of points of a plot of which nothing is known; sRGB-encoded.
+constexpr double unknownOpacity = 0.25;
+constexpr glm::dvec3 usualColor(1.0, 0.85, 0.6);
 
 Result<std::optional<ValueRange>> parseDensityRange(const proto::VolumeStyle& message) {
     const auto& range = message.density_range();
@@ -35,20 +37,17 @@ Result<std::optional<ValueRange>> parseDensityRange(const proto::VolumeStyle& me
     return std::optional(ValueRange{range[0], range[1]});
 }
 
-Result<Curve> parseVolumeCurve(const proto::VolumeStyle& message) {
+Curve volumeCurve(const proto::VolumeStyle& message) {
     std::vector<Curve::Knot> knots;
     for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.opacity()});
-    auto curve = Curve::create(knots.empty() ? defaultVolumeKnots() : std::move(knots));
-    return curve.ok() ? curve : Result<Curve>(curve.error().within("volume.curve"));
+    return Curve::create(knots.empty() ? defaultVolumeKnots() : std::move(knots)).value();
 }
 
 Result<Curve> parsePointCurve(const proto::PointsStyle& message, const Curve& volume) {
-    const bool linked = !message.has_linked() || message.linked();
-    if (linked && !message.curve().empty()) {
-        return Error{ErrorCode::invalidArgument, "points.curve",
-                     "a point curve needs \"linked\": false; linked points follow the volume's curve"};
-    }
-    if (linked) return linkedFraction(volume);
+    if (message.linked() && !message.curve().empty())
+        return invalid("points.curve",
+                       "a point curve needs \"linked\": false; linked points follow the volume's curve");
+    if (message.linked()) return linkedFraction(volume);
     std::vector<Curve::Knot> knots;
     for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.fraction()});
     auto curve = Curve::create(std::move(knots));
@@ -83,36 +82,25 @@ Curve linkedFraction(const Curve& volumeOpacity) {
     return Curve::create(std::move(knots)).value();
 }
 
-Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message) {
+Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& said) {
+    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(said));
     const auto& points = message.points();
-    auto volume = parseVolumeCurve(message.volume());
-    MOTE_RETURN_IF_ERROR(volume);
-    MOTE_ASSIGN_OR_RETURN(auto fraction, parsePointCurve(points, *volume));
-    const auto& mapName = message.volume().color_map();
-    const auto map = ColorMap::find(mapName.empty() ? ColorMap::defaultName : std::string_view(mapName));
-    if (!map.ok()) return map.error().within("volume.colorMap");
-    MOTE_ASSIGN_OR_RETURN(
-        const auto opacity,
-        checkRange(points.has_opacity() ? points.opacity() : unknownOpacity, 0.0, 1.0, "points.opacity"));
-    const auto size =
-        checkLength(points.has_size_pixels(), points.size_pixels(), ScreenLength::usual(1.0), pointSizeField);
-    if (!size.ok()) return size.error().within("points");
-    MOTE_ASSIGN_OR_RETURN(
-        const auto color,
-        checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color"));
-    MOTE_ASSIGN_OR_RETURN(auto densities, parseDensityRange(message.volume()));
-    const bool linked = !points.has_linked() || points.linked();
-    return ParticlesStyle{.volumeOpacity = *std::move(volume),
-                          .colorMap = *map,
-                          .pointFraction = std::move(fraction),
-                          .pointOpacity = std::min(opacity, ParticlesStyle::opacityLimit),
-                          .pointSize = *size,
-                          .pointColor = color,
-                          .curveByPlot = message.volume().curve().empty() && linked,
-                          .opacityByPlot = !points.has_opacity(),
-                          .sizeByPlot = !points.has_size_pixels(),
-                          .colorByPlot = points.color().empty(),
-                          .densityRange = densities};
+    auto volume = volumeCurve(message.volume());
+    MOTE_ASSIGN_OR_RETURN(auto fraction, parsePointCurve(points, volume));
+    MOTE_ASSIGN_OR_RETURN(const auto densities, parseDensityRange(message.volume()));
+    const double opacity = points.has_opacity() ? points.opacity() : unknownOpacity;
+    return ParticlesStyle{
+        .volumeOpacity = std::move(volume),
+        .colorMap = ColorMap::find(message.volume().color_map()).value(),
+        .pointFraction = std::move(fraction),
+        .pointOpacity = std::min(opacity, ParticlesStyle::opacityLimit),
+        .pointSize = lengthOf(points, points.kSizePixelsFieldNumber),
+        .pointColor = colorOf(points, points.kColorFieldNumber).value_or(srgbToLinear(usualColor)),
+        .curveByPlot = message.volume().curve().empty() && points.linked(),
+        .opacityByPlot = !points.has_opacity(),
+        .sizeByPlot = !points.has_size_pixels(),
+        .colorByPlot = points.color().empty(),
+        .densityRange = densities};
 }
 
 void writeStyle(const ParticlesStyle& style, const glm::dvec3&, proto::Layer& layer) {
@@ -148,7 +136,7 @@ void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisito
     visitor.word(style.curveByPlot == other.curveByPlot && style.opacityByPlot == other.opacityByPlot &&
                  style.sizeByPlot == other.sizeByPlot && style.colorByPlot == other.colorByPlot);
     if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);
-    visitor.pixels(style.pointSize, other.pointSize, pointSizeField);
+    visitor.pixels(style.pointSize, other.pointSize, lengthField("particles.points.sizePixels"));
     visitor.vector(style.pointColor, other.pointColor);
 }
 

@@ -5,15 +5,11 @@
 
 #include <algorithm>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
-namespace {
-
-constexpr LengthField widthField{"paths.width", 0.1, 64.0};
-
-}  // namespace
 
 Result<Paths> parsePaths(const proto::Paths& message) {
     Paths paths;
@@ -24,11 +20,9 @@ Result<Paths> parsePaths(const proto::Paths& message) {
     paths.ids.assign(message.ids().begin(), message.ids().end());
     std::sort(paths.ids.begin(), paths.ids.end());
     paths.ids.erase(std::unique(paths.ids.begin(), paths.ids.end()), paths.ids.end());
-    if (!message.color().empty()) {
-        MOTE_ASSIGN_OR_RETURN(paths.color, checkColor(message.color(), glm::dvec3(0.0), "color"));
-    }
-    MOTE_ASSIGN_OR_RETURN(paths.width,
-                          checkLength(message.has_width(), message.width(), paths.width, widthField));
+    MOTE_RETURN_IF_ERROR(checkOwnFields(message));
+    paths.color = colorOf(message, message.kColorFieldNumber);
+    paths.width = lengthOf(message, message.kWidthFieldNumber);
     return paths;
 }
 
@@ -43,7 +37,7 @@ proto::Paths toProto(const Paths& paths) {
 void visitFields(Paths& paths, const Paths& other, FieldVisitor& visitor) {
     visitor.word(paths.ids == other.ids && paths.color.has_value() == other.color.has_value());
     if (paths.color && other.color) visitor.vector(*paths.color, *other.color);
-    visitor.pixels(paths.width, other.width, widthField);
+    visitor.pixels(paths.width, other.width, lengthField("paths.width"));
 }
 
 }  // namespace mote

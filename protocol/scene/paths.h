@@ -19,9 +19,9 @@ namespace mote {
 struct Paths {
     static constexpr int maxIds = 1000;
 
-    std::vector<std::uint64_t> ids;                 ///< ascending, without repetition
-    std::optional<glm::dvec3> color;                ///< linear RGB; absent: as of the layer's points
-    ScreenLength width = ScreenLength::usual(1.5);  ///< pixels
+    std::vector<std::uint64_t> ids;   ///< ascending, without repetition
+    std::optional<glm::dvec3> color;  ///< linear RGB; absent: as of the layer's points
+    ScreenLength width = 0.0;         ///< pixels
 
     bool operator==(const Paths&) const = default;
 };

@@ -10,9 +10,7 @@
 #include "protocol/scene/field_visitor.h"
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/ink_style.h"
-#include "protocol/scene/mesh_style.h"
 #include "protocol/scene/particles_style.h"
-#include "protocol/scene/stipple_style.h"
 
 namespace mote {
 
@@ -20,15 +18,15 @@ namespace mote {
 /// view, linear RGB, to the digit as the view's message gives it.
 void writeStyle(const ParticlesStyle& style, const glm::dvec3& background, proto::Layer& layer);
 void writeStyle(const HybridStyle& style, const glm::dvec3& background, proto::Layer& layer);
-void writeStyle(const StippleStyle& style, const glm::dvec3& background, proto::Layer& layer);
 void writeStyle(const InkStyle& style, const glm::dvec3& background, proto::Layer& layer);
-void writeStyle(const MeshStyle& style, const glm::dvec3& background, proto::Layer& layer);
+/// Of a kind whose style is its message, resolved (fields/visit_message.cpp).
+void writeStyle(const google::protobuf::Message& style, const glm::dvec3& background, proto::Layer& layer);
 
 /// Shows all fields of a style beside those of another. What the visitor sets keeps the style valid.
 void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor);
 void visitFields(HybridStyle& style, const HybridStyle& other, FieldVisitor& visitor);
-void visitFields(StippleStyle& style, const StippleStyle& other, FieldVisitor& visitor);
 void visitFields(InkStyle& style, const InkStyle& other, FieldVisitor& visitor);
-void visitFields(MeshStyle& style, const MeshStyle& other, FieldVisitor& visitor);
+void visitFields(google::protobuf::Message& style, const google::protobuf::Message& other,
+                 FieldVisitor& visitor);
 
 }  // namespace mote

@@ -3,7 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/layer_parts.h"
 #include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/transform.h"
@@ -51,7 +52,7 @@ Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& backgrou
         case proto::Layer::kInk:
             return withStyle(std::move(layer), parseInkStyle(message.ink(), background), "ink");
         case proto::Layer::kMesh:
-            return withStyle(std::move(layer), parseMeshStyle(message.mesh()), "mesh");
+            return withStyle(std::move(layer), resolved(message.mesh()), "mesh");
         default:
             return invalid("",
                            "a layer holds exactly one kind; this version draws \"particles\", \"hybrid\", "
@@ -62,8 +63,8 @@ Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& backgrou
 Result<Layer> parseLayer(const proto::Layer& message, const proto::View& view, const glm::dvec3& background) {
     if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
     MOTE_ASSIGN_OR_RETURN(const auto transform, parseTransform(message.transform()));
-    const double opacity = message.has_opacity() ? message.opacity() : 1.0;
-    MOTE_RETURN_IF_ERROR(checkRange(opacity, 0.0, 1.0, "opacity"));
+    MOTE_RETURN_IF_ERROR(checkOwnFields(message));
+    const double opacity = numberOf(message, message.kOpacityFieldNumber);
     auto layer = parseStyle(message, background,
                             {message.dataset(), message.step(), transform, StippleStyle{}, opacity});
     if (layer.ok()) MOTE_RETURN_IF_ERROR(parseLayerParts(message, view.selections(), *layer));
@@ -109,7 +110,8 @@ Result<View> parseView(const proto::View& message) {
     view.width = message.width();
     view.height = message.height();
     MOTE_ASSIGN_OR_RETURN(view.scale, parseScale(message));
-    MOTE_ASSIGN_OR_RETURN(view.background, checkColor(message.background(), glm::dvec3(0.0), "background"));
+    MOTE_RETURN_IF_ERROR(checkOwnFields(message));
+    view.background = colorOf(message, message.kBackgroundFieldNumber).value();
     auto selections = parseNamedSelections(message.selections());
     MOTE_RETURN_IF_ERROR(selections, "selections");
     view.selections = *std::move(selections);

@@ -20,14 +20,17 @@
 #include "protocol/scene/highlight.h"
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/ink_style.h"
-#include "protocol/scene/mesh_style.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/paths.h"
+#include "protocol/scene/same_message.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/stipple_style.h"
 #include "protocol/scene/towards.h"
 
 namespace mote {
+
+/// The look of a mesh (docs/PICTURE.md, "Meshes"): its message, resolved (fields/resolve.h).
+using MeshStyle = proto::MeshStyle;
 
 struct Layer {
     std::string dataset;        ///< "ROOT/NAME"

@@ -19,6 +19,14 @@ double encoded(double linear) {
 
 }  // namespace
 
+glm::dvec3 readVector(const google::protobuf::RepeatedField<double>& field) {
+    return {field[0], field[1], field[2]};
+}
+
+glm::dvec3 readColor(const google::protobuf::RepeatedField<double>& field) {
+    return srgbToLinear(readVector(field));
+}
+
 void writeVector(const glm::dvec3& vector, google::protobuf::RepeatedField<double>* field) {
     field->Assign(&vector.x, &vector.x + 3);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Fields of messages, written so that check.h and light.h read the same again. Pure functions.
+// Fields of messages, read, and written so that the same is read again. Pure functions.
 #pragma once
 
 #include <google/protobuf/repeated_field.h>
@@ -11,6 +11,11 @@
 #include "protocol/scene/light.h"
 
 namespace mote {
+
+/// Three numbers that a resolved message has.
+glm::dvec3 readVector(const google::protobuf::RepeatedField<double>& field);
+/// A colour that it has, linear RGB.
+glm::dvec3 readColor(const google::protobuf::RepeatedField<double>& field);
 
 void writeVector(const glm::dvec3& vector, google::protobuf::RepeatedField<double>* field);
 

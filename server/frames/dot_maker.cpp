@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/most_recent.h"
 #include "server/render/layers/stipple/surface_dots.h"
 #include "server/render/layers/stipple/tone.h"
@@ -34,10 +35,10 @@ render::Dots surfaceDots(const View& view, const Layer& layer,
                          const std::shared_ptr<const render::StippleSurface>& surface, bool onTheWay,
                          DotHistory::Layer& history) {
     const StippleStyle& style = *layer.stipple();
-    if (history.surface.lock() != surface || !style.soft) history = {surface, {}};
+    if (history.surface.lock() != surface || !style.soft()) history = {surface, {}};
     const render::SurfaceDots dots(*surface, style, view, layer.transform);
     auto seen = dots.seen(dots.chosen());
-    if (!style.soft) return dots.onScreen(seen);
+    if (!style.soft()) return dots.onScreen(seen);
     return dots.onScreen(onTheWay ? history.points.step(*surface, dots, std::move(seen))
                                   : history.points.settle(std::move(seen)));
 }
@@ -63,7 +64,8 @@ std::shared_ptr<const render::Dots> DrawnPhotographs::dots(const Tiles& tiles, c
 }
 
 Status checkDots(const View& view, const StippleStyle& style) {
-    const double dots = render::densityOfSpacing(style.spacing) * view.width * view.height;
+    const double dots =
+        render::densityOfSpacing(lengthOf(style, style.kSpacingPixelsFieldNumber)) * view.width * view.height;
     if (dots <= mostDots) return success();
     return Error{ErrorCode::resourceExhausted, "stipple.spacingPixels",
                  fmt::format("asks for up to {:.0f} dots; a picture may have {:.0f}", dots, mostDots)};

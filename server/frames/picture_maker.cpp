@@ -246,7 +246,7 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
     View view = viewAt(job.task->view, job.part ? job.part->place : nearestPlace);
     MOTE_RETURN_IF_ERROR(fitLayers(view, steps_));
     const auto stipples = [](const Layer& layer) {
-        return layer.opacity > 0.0 && layer.stipple() && layer.stipple()->sourceLayers;
+        return layer.opacity > 0.0 && layer.stipple() && !layer.stipple()->source().empty();
     };
     const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
     if (found == view.layers.end()) return sceneOf(view, job, history.dots, why);

@@ -21,8 +21,8 @@ namespace {
 Result<LayerPart> nothingOf(const Layer& layer, StepSource& data) {
     MOTE_RETURN_IF_ERROR(data.dataset(layer.dataset));
     const StippleStyle* const stipple = layer.stipple();
-    if (stipple != nullptr && !stipple->image.empty()) {
-        const auto image = data.dataset(stipple->image);
+    if (stipple != nullptr && !stipple->image().empty()) {
+        const auto image = data.dataset(stipple->image());
         if (!image.ok()) return Error{image.error().code, "stipple.image", image.error().message};
     }
     return LayerPart([](render::Scene&, std::size_t, const auto&) { return DotHistory::Layer(); });

@@ -8,7 +8,7 @@ namespace mote::server {
 namespace {
 
 Result<std::shared_ptr<const render::PixelMap>> imageOf(const StippleStyle& style, StepSource& data) {
-    const auto entry = data.dataset(style.image);
+    const auto entry = data.dataset(style.image());
     const auto loadable = entry.ok() ? imageLuminance(*entry) : entry.error();
     if (!loadable.ok()) return Error{loadable.error().code, "stipple.image", loadable.error().message};
     return data.get(loadable);
@@ -54,7 +54,7 @@ render::PhotographEffort effortOf(Stage stage) {
 
 /// Without its data there is nothing to be shown of it: a view in motion waits, too.
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked) {
-    return style.onPlane() ? photographOf(style, asked) : surfaceOf(asked);
+    return onPlane(style) ? photographOf(style, asked) : surfaceOf(asked);
 }
 
 }  // namespace mote::server

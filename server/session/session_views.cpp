@@ -114,8 +114,8 @@ asio::awaitable<Status> Session::findDatasets(const View& view) {
     for (const auto& layer : view.layers) {
         known = known && context_.datasets->contains(layer.dataset);
         const auto* const stipple = layer.stipple();
-        if (stipple != nullptr && !stipple->image.empty())
-            known = known && context_.datasets->contains(stipple->image);
+        if (stipple != nullptr && !stipple->image().empty())
+            known = known && context_.datasets->contains(stipple->image());
     }
     if (known) co_return success();
     co_return co_await rescan(readerWake_);

@@ -34,7 +34,7 @@ TEST_P(GoldenSceneTest, ShowsVolumePointsAndDots) {
     auto noVolume = scene, noPoints = scene;
     auto noMesh = scene;
     for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
-        if (auto* const style = std::get_if<MeshStyle>(&noMesh.view.layers[i].style)) style->opacity = 0.0;
+        if (auto* const style = std::get_if<MeshStyle>(&noMesh.view.layers[i].style)) style->set_opacity(0.0);
         if (!scene.view.layers[i].particles()) continue;
         noVolume.view.layers[i].particles()->volumeOpacity = Curve::constant(0.0);
         noPoints.view.layers[i].particles()->pointFraction = Curve::constant(0.0);

@@ -7,6 +7,9 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/write_fields.h"
+
 namespace mote::reference {
 namespace {
 
@@ -24,12 +27,15 @@ double determinant(const std::array<glm::dvec3, 3>& rows) {
 MeshHits::MeshHits(const View& view, const Layer& layer, const render::MeshSurface& surface)
     : view_(view),
       style_(*layer.mesh()),
-      opacity_(style_.opacity * layer.opacity),
+      shading_(lightOf(style_.light())),
+      color_(readColor(style_.color())),
+      halfWire_(0.5 * lengthOf(style_, style_.kWireWidthFieldNumber)),
+      opacity_(style_.opacity() * layer.opacity),
       toEye_(view.camera.worldToEye() * layer.transform),
       gap_(1e-4 * glm::length(surface.bounds().size())),
       pixels_(view.height / (2.0 * view.camera.halfHeight())),
-      light_(style_.light.direction) {
-    if (style_.light.fixed) light_ = glm::normalize(glm::dmat3(view.camera.worldToEye()) * light_);
+      light_(shading_.direction) {
+    if (shading_.fixed) light_ = glm::normalize(glm::dmat3(view.camera.worldToEye()) * light_);
     lightInLayer_ = glm::inverse(glm::dmat3(toEye_)) * light_;
     for (const auto& vertices : surface.mesh().triangles)
         triangles_.push_back(triangleOf(surface.mesh(), vertices));
@@ -65,7 +71,7 @@ bool MeshHits::nearEdge(const Triangle& triangle, const glm::dvec3& window) cons
     for (std::size_t i = 0; i < 3; ++i) {
         const glm::dvec3 line = glm::cross(triangle.inWindow[i], triangle.inWindow[(i + 1) % 3]);
         const double distance = std::abs(glm::dot(line, window)) / std::hypot(line.x, line.y);
-        if (distance * pixels_ <= 0.5 * style_.wireWidth) return true;
+        if (distance * pixels_ <= halfWire_) return true;
     }
     return false;
 }
@@ -85,9 +91,9 @@ bool MeshHits::inShadow(const glm::dvec3& place) const {
 }
 
 glm::dvec3 MeshHits::shade(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool dark) const {
-    const Light& light = style_.light;
+    const Light& light = shading_;
     const double facing = dark ? 0.0 : std::max(0.0, glm::dot(normal, light_));
-    glm::dvec3 color = std::min(1.0, light.ambient + light.diffuse * facing) * style_.color;
+    glm::dvec3 color = std::min(1.0, light.ambient + light.diffuse * facing) * color_;
     const glm::dvec3 half = light_ + towardsEye;
     if (!dark && glm::length(half) > 0.0)
         color += light.specular * std::pow(std::max(0.0, glm::dot(normal, glm::normalize(half))), 32.0);
@@ -113,7 +119,7 @@ void MeshHits::meet(const Triangle& triangle, const glm::dvec2& at, std::size_t 
     const bool perspective = view_.camera.perspective();
     const double depth = perspective ? determinant(triangle.inWindow) / sum : -mixed(triangle.corners).z;
     if (depth < nearestDepth(view_.camera)) return;
-    if (style_.wire && !nearEdge(triangle, window)) return;
+    if (style_.wire() && !nearEdge(triangle, window)) return;
 
     const glm::dvec3 away = perspective ? glm::dvec3(window.x, window.y, -1.0) : glm::dvec3(0.0, 0.0, -1.0);
     const auto areaOf = [](const std::array<glm::dvec3, 3>& p) {
@@ -127,7 +133,7 @@ void MeshHits::meet(const Triangle& triangle, const glm::dvec2& at, std::size_t 
     normal = side * glm::normalize(normal);
     const glm::dvec3 off = side * gap_ * glm::normalize(areaOf(triangle.inLayer));
     const bool dark =
-        style_.light.shadow && glm::dot(normal, light_) > 0.0 && inShadow(mixed(triangle.inLayer) + off);
+        shading_.shadow && glm::dot(normal, light_) > 0.0 && inShadow(mixed(triangle.inLayer) + off);
     met.push_back({depth, sample, shade(normal, -glm::normalize(away), dark)});
 }
 

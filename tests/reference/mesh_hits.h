@@ -49,7 +49,10 @@ class MeshHits {
 
     const View& view_;
     const MeshStyle& style_;
-    double opacity_;  // of a surface
+    Light shading_;
+    glm::dvec3 color_;  // linear RGB
+    double halfWire_;   // pixels
+    double opacity_;    // of a surface
     glm::dmat4 toEye_;
     double gap_;  // off the surface, where rays to the light begin
     double pixels_;

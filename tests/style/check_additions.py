@@ -14,9 +14,8 @@ import sys
 ADDITIONS = {
     "a kind of layer": (
         r"\bMeshStyle\b|\bMeshSurface\b|\bMeshEditor\b|\blowerMesh\b|\bLayer::kMesh\b"
-        r"|(mesh_style|load_mesh|mesh_layer|mesh_editor|lower_mesh|mesh_surface)\.(h|cpp)",
+        r"|(load_mesh|mesh_layer|mesh_editor|lower_mesh|mesh_surface)\.(h|cpp)",
         (
-            "protocol/scene/mesh_style.",
             "server/data/load_mesh.",
             "server/frames/mesh_layer.",
             "server/render/layers/mesh/",
@@ -29,7 +28,6 @@ ADDITIONS = {
             "protocol/scene/view.h",
             "protocol/scene/view.cpp",
             "protocol/scene/dataset.cpp",
-            "protocol/scene/style_kinds.h",
             "server/render/layers/scene.h",
             "server/render/layers/make_frame_plan.cpp",
             "server/frames/layer_kinds.h",

@@ -28,7 +28,7 @@ DEVICE = ("server/render/plan/", "server/render/blank_picture.h", "server/render
           "server/render/device.h", "server/render/color_finder.h", "storage/", SCENE, SCHEMA)
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
-    SCENE: (SCENE, SCHEMA),
+    SCENE: (SCENE, SCHEMA, "protocol/options.pb.h"),
     "storage/": ("storage/", SCENE, SCHEMA),
     CLI: (CLI, SCENE),
     "preprocess/": ("preprocess/", "storage/", CLI, SCENE, SCHEMA),

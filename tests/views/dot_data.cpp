@@ -7,6 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/write_fields.h"
 #include "tests/support/random.h"
 
 namespace mote::test {
@@ -47,10 +49,12 @@ render::Dot onScreen(const std::string& form, const View& view, Random& random) 
 }
 
 void addLook(render::Dot& dot, double value, const StippleStyle& style, double opacity) {
-    dot.radius =
-        static_cast<float>(0.5 * (style.leastDotSize + value * (style.dotSize - style.leastDotSize)));
-    dot.opacity = static_cast<float>(style.opacity * opacity);
-    dot.color = style.colorMap ? (*style.colorMap)(value) : style.color;
+    const double size = lengthOf(style, style.kDotPixelsFieldNumber),
+                 least = lengthOf(style, style.kLeastDotPixelsFieldNumber);
+    dot.radius = static_cast<float>(0.5 * (least + value * (size - least)));
+    dot.opacity = static_cast<float>(style.opacity() * opacity);
+    dot.color = style.color_map().empty() ? readColor(style.color())
+                                          : ColorMap::find(style.color_map()).value()(value);
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ TEST_F(Numbers, OfAConstantColumnTheColorIsFlat) {
             auto& colorBy = *colored.mutable_layers(0)->mutable_color_by();
             colorBy.set_column("constant");
             colorBy.set_of_pixel(ofPixel);
-            const auto middle = (*ColorMap::find(ColorBy::defaultMap))(0.5);
+            const auto middle = (*ColorMap::find("viridis"))(0.5);
             for (int i = 0; i < 3; ++i)
                 flat.mutable_layers(0)->mutable_particles()->mutable_points()->add_color(
                     linearToSrgb(middle[i]));

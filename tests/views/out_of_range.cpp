@@ -5,9 +5,9 @@
 
 #include <functional>
 #include <limits>
-#include <map>
 #include <vector>
 
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/view.h"
 
 namespace mote::test {
@@ -59,78 +59,11 @@ void collectField(Message* message, const FieldDescriptor* field, const std::str
     }
 }
 
-/// The ends of each number that has any, by its message and name (protocol/mote.proto, protocol/scene).
-/// Beside them all numbers of a vector are bounded, and a color's lie in [0, 1].
-const std::map<std::string, std::pair<double, double>>& ends() {
-    static const std::map<std::string, std::pair<double, double>> all{
-        {"Camera.eye", {-1e12, 1e12}},
-        {"Camera.target", {-1e12, 1e12}},
-        {"Camera.up", {-1e12, 1e12}},
-        {"Camera.fov_y_degrees", {0.1, 179.0}},
-        {"Camera.orthographic_height", {1e-9, 1e12}},
-        {"ClipBox.max", {-1e30, 1e30}},
-        {"ClipBox.min", {-1e30, 1e30}},
-        {"ClipPlane.distance", {-1e30, 1e30}},
-        {"ClipPlane.normal", {-1e6, 1e6}},
-        {"Highlight.color", {0.0, 1.0}},
-        {"Highlight.opacity", {0.0, 1.0}},
-        {"Highlight.size_pixels", {0.1, 64.0}},
-        {"HybridStyle.color_range", {-1e30, 1e30}},
-        {"HybridStyle.point_opacity", {0.0, 1.0}},
-        {"HybridStyle.Knot.color", {0.0, 1.0}},
-        {"HybridStyle.Knot.opacity", {0.0, 1.0}},
-        {"HybridStyle.Knot.value", {-1e30, 1e30}},
-        {"InkStyle.color", {0.0, 1.0}},
-        {"InkStyle.occlusion", {0.0, 1.0}},
-        {"InkStyle.reading", {1.0, 256.0}},
-        {"InkStyle.waver", {0.0, 16.0}},
-        {"InkStyle.Hatch.spacing", {1.0, 256.0}},
-        {"InkStyle.Hatch.strength", {0.0, 1.0}},
-        {"InkStyle.Hatch.width", {0.1, 64.0}},
-        {"InkStyle.Knot.opacity", {0.0, 1.0}},
-        {"InkStyle.Knot.value", {-1e30, 1e30}},
-        {"InkStyle.Silhouettes.crease_degrees", {0.0, 180.0}},
-        {"InkStyle.Silhouettes.importance", {0.0, 1.0}},
-        {"InkStyle.Silhouettes.width", {0.1, 64.0}},
-        {"InkStyle.Solid.complexity", {0.0, 1.0}},
-        {"InkStyle.Solid.strength", {0.0, 1.0}},
-        {"Layer.opacity", {0.0, 1.0}},
-        {"Layer.transform", {-1e9, 1e9}},
-        {"Light.ambient", {0.0, 1.0}},
-        {"Light.diffuse", {0.0, 1.0}},
-        {"Light.direction", {-1e6, 1e6}},
-        {"Light.specular", {0.0, 1.0}},
-        {"MeshStyle.color", {0.0, 1.0}},
-        {"MeshStyle.opacity", {0.0, 1.0}},
-        {"Paths.color", {0.0, 1.0}},
-        {"Paths.width", {0.1, 64.0}},
-        {"PointsStyle.color", {0.0, 1.0}},
-        {"PointsStyle.opacity", {0.0, 1.0}},
-        {"PointsStyle.size_pixels", {0.1, 64.0}},
-        {"PointsStyle.Knot.density", {0.0, 1.0}},
-        {"PointsStyle.Knot.fraction", {0.0, 1.0}},
-        {"Selection.Density.max", {0.0, 1.0}},
-        {"Selection.Density.min", {0.0, 1.0}},
-        {"Selection.Outermost.share", {0.0, 1.0}},
-        {"StippleStyle.color", {0.0, 1.0}},
-        {"StippleStyle.dot_pixels", {0.1, 64.0}},
-        {"StippleStyle.gamma", {0.05, 20.0}},
-        {"StippleStyle.jitter", {0.0, 4.0}},
-        {"StippleStyle.least_dot_pixels", {0.1, 64.0}},
-        {"StippleStyle.opacity", {0.0, 1.0}},
-        {"StippleStyle.spacing_pixels", {0.5, 1000.0}},
-        {"View.background", {0.0, 1.0}},
-        {"VolumeStyle.Knot.density", {0.0, 1.0}},
-        {"VolumeStyle.Knot.opacity", {0.0, 1.0}},
-    };
-    return all;
-}
-
 /// A little or far beyond one of two ends.
-double beyond(Random& random, const std::pair<double, double>& range) {
-    const double width = range.second - range.first;
+double beyond(Random& random, const Ends& ends) {
+    const double width = ends.greatest - ends.least;
     const double off = width * random.oneOf({1e-9, 0.5, 1e9});
-    return random.chance(0.5) ? range.second + off : range.first - off;
+    return random.chance(0.5) ? ends.greatest + off : ends.least - off;
 }
 
 proto::Layer& layerOf(proto::View& view) {
@@ -296,16 +229,12 @@ Fault beyondItsEnds(Random& random, const proto::View& view) {
     if (fault.view.background().empty()) fault.view.mutable_background()->Resize(3, 0.5);
     std::vector<Place> places;
     collect(&fault.view, {}, places);
-    const auto nameOf = [](const Place& one) {
-        return one.field->full_name().substr(std::string("mote.proto.").size());
-    };
     // What particles have numbers of may be any.
-    std::erase_if(places, [&](const Place& one) { return !ends().contains(nameOf(one)); });
+    std::erase_if(places, [](const Place& one) { return !endsOf(*one.field); });
     const Place& place = places[random.below(places.size())];
-    const std::string name = nameOf(place);
-    const double value = beyond(random, ends().at(name));
+    const double value = beyond(random, *endsOf(*place.field));
     place.set(value);
-    fault.what = fmt::format("{} ({}) = {}", place.path, name, value);
+    fault.what = fmt::format("{} = {}", place.path, value);
     return fault;
 }
 

@@ -151,6 +151,9 @@ proto::StippleStyle anyStippleStyle(Random& random) {
     style.set_see_through(random.chance(0.3));
     style.set_value(random.oneOf({"", "tone", "depth", "x", "y", "z"}));
     if (random.chance(0.3)) style.set_color_map(anyColorMap(random));
+    // By numbers of its own: all else stays as it would be.
+    Random own(style.ByteSizeLong(), 5);
+    if (own.chance(0.3)) style.set_dense(own.oneOf({"dark", "light"}));
     return style;
 }
 
@@ -201,6 +204,9 @@ proto::MeshStyle anyMeshStyle(Random& random) {
     if (random.chance(0.5)) style.set_opacity(anyShare(random));
     if (random.chance(0.6)) setLight(random, true, *style.mutable_light());
     style.set_wire(random.chance(0.2));
+    // By numbers of its own: all else stays as it would be.
+    Random own(style.ByteSizeLong(), 3);
+    if (style.wire() && own.chance(0.5)) style.set_wire_width(std::max(0.25, anySize(own)));
     return style;
 }
 

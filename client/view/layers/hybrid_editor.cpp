@@ -14,11 +14,14 @@
 #include <utility>
 
 #include "client/view/curve_editor.h"
+#include "client/view/layers/field_controls.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/dataset.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/hybrid_style.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote::client {
 namespace {
@@ -58,14 +61,6 @@ void readCurve(const proto::HybridStyle& style, KnotCurve& curve) {
     curve.take(std::move(knots), std::move(colors));
 }
 
-void writeLight(const HybridControls& controls, proto::Light& light) {
-    assign(light.mutable_direction(), controls.light.direction());
-    light.set_fixed(controls.fixedLight);
-    light.set_ambient(share(controls.ambient));
-    light.set_diffuse(share(controls.diffuse));
-    light.set_specular(share(controls.specular));
-}
-
 void writeClip(const HybridControls& controls, proto::HybridStyle& style) {
     style.clear_clip_planes();
     for (const auto& plane : controls.clipPlanes) {
@@ -85,14 +80,6 @@ void writeClip(const HybridControls& controls, proto::HybridStyle& style) {
     assign(style.mutable_clip_box()->mutable_max(), max);
 }
 
-void readLight(const Light& light, HybridControls& controls) {
-    controls.light = LightAngles::of(light.direction);
-    controls.fixedLight = light.fixed;
-    controls.ambient = static_cast<float>(light.ambient);
-    controls.diffuse = static_cast<float>(light.diffuse);
-    controls.specular = static_cast<float>(light.specular);
-}
-
 void readClip(const proto::HybridStyle& message, const HybridStyle& style, HybridControls& controls) {
     controls.clipPlanes.clear();
     for (std::size_t i = 0; i < style.clipPlanes.size(); ++i) {
@@ -107,6 +94,13 @@ void readClip(const proto::HybridStyle& message, const HybridStyle& style, Hybri
     controls.clipMax = style.clipBox->max;
 }
 
+/// With what is left out.
+proto::HybridStyle shownOf(const proto::HybridStyle& said) {
+    auto shown = resolved(said).value();
+    *shown.mutable_light() = toProto(parseHybridStyle(said)->light);
+    return shown;
+}
+
 constexpr const char* bestName = "best";  // for the empty name
 
 const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std::uint32_t step) {
@@ -116,12 +110,12 @@ const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std:
 
 /// Chooses as render::hybridParts does.
 bool drawsResidual(const HybridControls& controls, const proto::HybridManifest& manifest) {
-    const auto& asked = controls.representation;
+    const auto& asked = controls.rest.representation();
     return manifest.residual() && (asked.empty() || asked == "residual");
 }
 
 bool drawsPoints(const HybridControls& controls, const proto::HybridManifest& manifest) {
-    const auto& asked = controls.representation;
+    const auto& asked = controls.rest.representation();
     return manifest.point_bytes() > 0 && (asked == "points" || (asked.empty() && !manifest.residual()));
 }
 
@@ -194,22 +188,21 @@ void drawRepresentation(HybridControls& controls, const proto::HybridManifest& m
     std::vector<std::string_view> names{bestName, "volume"};
     if (manifest.point_bytes() > 0) names.emplace_back("points");
     if (manifest.residual()) names.emplace_back("residual");
-    std::string chosen = controls.representation.empty() ? bestName : controls.representation;
+    auto& style = controls.rest;
+    std::string chosen = style.representation().empty() ? bestName : style.representation();
     nameList(actions, "drawn", chosen, names);
-    controls.representation = chosen == bestName ? "" : chosen;
+    style.set_representation(chosen == bestName ? "" : chosen);
     if (!drawsPoints(controls, manifest)) return;
-    constexpr std::array<std::string_view, 3> shapes{"gaussian", "disc", "square"};
-    nameList(actions, "point shape", controls.pointShape, shapes);
-    slider(actions, "correction", controls.pointOpacity, 0.0F, 1.0F);
+    fieldControls(actions, style, shownOf(style),
+                  [](std::string_view name) { return name.starts_with("point"); });
 }
 
 void drawLight(HybridControls& controls, PanelActions& actions) {
     if (!section("Light")) return;
-    angleSliders(actions, "light", controls.light);
-    slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
-    slider(actions, "diffuse", controls.diffuse, 0.0F, 1.0F);
-    slider(actions, "specular", controls.specular, 0.0F, 1.0F);
-    checkbox(actions, "stays where it is", controls.fixedLight);
+    auto& style = controls.rest;
+    fieldControls(actions, style, shownOf(style), [](std::string_view name) {
+        return name.starts_with("light") && name != "light.shadow";  // volumes cast none
+    });
 }
 
 void drawClipBox(HybridControls& controls, const Bounds& bounds, PanelActions& actions) {
@@ -253,7 +246,7 @@ void drawClip(HybridControls& controls, const Bounds& bounds, const LayerPanel& 
 }  // namespace
 
 HybridControls::HybridControls() {
-    read({});
+    read(shownOf({}));
     loaded_ = false;
 }
 
@@ -306,19 +299,14 @@ void HybridControls::addClipPlane(const Bounds& bounds, const glm::dvec3& eye) {
 }
 
 void HybridControls::write(proto::HybridStyle& style) const {
+    style = rest;
     writeCurve(curve, style);
-    style.set_representation(representation);
-    style.clear_color_map();
-    style.clear_color_range();
     if (curve.colors().empty()) {
         style.set_color_map(colorMap);
         if (ownColorRange && colorRange[0] < colorRange[1]) {
             for (const double end : colorRange) style.add_color_range(end);
         }
     }
-    style.set_point_shape(pointShape);
-    style.set_point_opacity(share(pointOpacity));
-    writeLight(*this, *style.mutable_light());
     writeClip(*this, style);
 }
 
@@ -328,14 +316,16 @@ void HybridControls::read(const proto::HybridStyle& message) {
     loaded_ = true;
     ownCurve_ = !message.curve().empty();
     values_ = {0.0, 0.0};
-    representation = message.representation();
     colorMap = style.colorMap.name();
     ownColorRange = style.colorRange.has_value();
     if (style.colorRange) colorRange = {style.colorRange->low, style.colorRange->high};
-    pointShape = message.point_shape().empty() ? "gaussian" : message.point_shape();
-    pointOpacity = static_cast<float>(style.pointOpacity);
-    readLight(style.light, *this);
     readClip(message, style, *this);
+    rest = message;
+    rest.clear_curve();
+    rest.clear_color_map();
+    rest.clear_color_range();
+    rest.clear_clip_planes();
+    rest.clear_clip_box();
 }
 
 void HybridEditor::drawFacts(const LayerPanel& panel) {

@@ -25,16 +25,11 @@ struct ClipPlaneControls {
 };
 
 struct HybridControls {
-    KnotCurve curve;             ///< opacity over values in the source's own unit
-    std::string representation;  ///< "": the best that the dataset has
+    KnotCurve curve;  ///< opacity over values in the source's own unit
     std::string colorMap;
     bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
     std::array<double, 2> colorRange{};  ///< ascending, in the source's unit
-    std::string pointShape;
-    float pointOpacity = 1.0F;  ///< how much of their correction is applied
-    LightAngles light;          ///< towards it
-    bool fixedLight = false;    ///< it does not turn with the camera
-    float ambient = 0.0F, diffuse = 0.0F, specular = 0.0F;
+    proto::HybridStyle rest;             ///< what the other members are not about
     std::vector<ClipPlaneControls> clipPlanes;
     bool clipBox = false;
     glm::dvec3 clipMin{0.0}, clipMax{1.0};  ///< layer units, the first below the second

@@ -117,7 +117,10 @@ TEST(DotMaker, PhotographsAreDrawnOnceAndKeepNothing) {
     view.width = 40;
     view.height = 20;
     DrawnPhotographs drawn;
-    const auto dots = [&] { return drawn.dots(tiles, image, view, StippleStyle{}, render::quickPhotograph); };
+    const auto dots = [&] {
+        return drawn.dots(tiles, image, view, parseStippleStyle({}, glm::dvec3(0.0)).value(),
+                          render::quickPhotograph);
+    };
     const auto first = dots();
     EXPECT_EQ(dots(), first);
     view.width = 50;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/layers/make_frame_plan.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <glm/geometric.hpp>
-
+#include "protocol/scene/fields/resolve.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/hidden_area.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
@@ -161,7 +160,7 @@ TEST(FramePlan, OfALayerOfWhichThereIsNothingNothingIsPlanned) {
     auto scene = beamScene(plain);
     scene.view.layers.resize(5, scene.view.layers[0]);
     scene.view.layers[1].style = HybridStyle{};
-    scene.view.layers[2].style = MeshStyle{};
+    scene.view.layers[2].style = resolved(MeshStyle()).value();
     scene.view.layers[3].style = InkStyle{};
     scene.view.layers[4].transform[3][2] = 100.0;
     for (std::size_t i = 1; i < 5; ++i) scene.view.layers[i].opacity = 0.0;

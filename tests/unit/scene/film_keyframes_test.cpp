@@ -9,6 +9,7 @@
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
+#include "protocol/scene/write_fields.h"
 #include "tests/unit/scene/film_scripts.h"
 
 namespace mote::test {
@@ -99,11 +100,13 @@ TEST(FilmKeyframes, NumbersAndColoursGoEvenly) {
     ASSERT_EQ(view.layers.size(), 1U);
     const MeshStyle& style = *view.layers[0].mesh();
     EXPECT_NEAR(view.layers[0].opacity, 0.625, 1e-12);
-    EXPECT_NEAR(style.color.x, 0.25, 1e-12) << "of the light, not of its code";
-    EXPECT_NEAR(style.opacity, 0.625, 1e-12);
-    EXPECT_NEAR(style.light.ambient, 0.2, 1e-12);
+    EXPECT_NEAR(readColor(style.color()).x, 0.25, 1e-12) << "of the light, not of its code";
+    EXPECT_NEAR(style.opacity(), 0.625, 1e-12);
+    EXPECT_NEAR(style.light().ambient(), 0.2, 1e-12);
     const double angle = 0.25 * 1.5707963267948966;
-    EXPECT_LT(glm::distance(style.light.direction, glm::dvec3(std::cos(angle), std::sin(angle), 0.0)), 1e-12);
+    EXPECT_LT(glm::distance(readVector(style.light().direction()),
+                            glm::dvec3(std::cos(angle), std::sin(angle), 0.0)),
+              1e-12);
 }
 
 TEST(FilmKeyframes, WhatComesAndGoesFades) {
@@ -127,9 +130,9 @@ TEST(FilmKeyframes, LayersAreTheSameByDatasetKindAndPlaceAmongThem) {
                        "{'dataset': 'a/b', 'mesh': {'opacity': 0.4}}, {'dataset': 'a/b', 'mesh': {}}"));
     const View view = viewAt(film, 0.5);
     ASSERT_EQ(view.layers.size(), 3U);
-    EXPECT_NEAR(view.layers[0].mesh()->opacity, 0.3, 1e-12);
+    EXPECT_NEAR(view.layers[0].mesh()->opacity(), 0.3, 1e-12);
     EXPECT_NEAR(view.layers[1].opacity, 0.5, 1e-12);
-    EXPECT_NEAR(view.layers[2].mesh()->opacity, 0.9, 1e-12);
+    EXPECT_NEAR(view.layers[2].mesh()->opacity(), 0.9, 1e-12);
 }
 
 TEST(FilmKeyframes, ColourMapsDissolve) {
@@ -274,7 +277,7 @@ TEST(FilmKeyframes, EasingIsOfTheWayToTheNext) {
     auto script =
         between("{'dataset': 'a/b', 'mesh': {'opacity': 0}}", "{'dataset': 'a/b', 'mesh': {'opacity': 1}}");
     const auto opacityAt = [&](double seconds) {
-        return viewAt(filmOf(script), seconds).layers[0].mesh()->opacity;
+        return viewAt(filmOf(script), seconds).layers[0].mesh()->opacity();
     };
     script.mutable_keyframes(0)->set_easing("smooth");
     EXPECT_NEAR(opacityAt(0.25), 0.15625, 1e-12);

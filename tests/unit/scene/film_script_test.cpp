@@ -186,8 +186,8 @@ TEST(FilmScript, MixesLengthsAsPixels) {
         "{'seconds': 2, 'view': {'width': 100, 'height': 1440, 'scale': 4, 'annotations': {'fontPoints': 9},"
         "'layers': [{'dataset': 'a/mesh', 'stipple': {'spacingPixels': 5}}]}}]}"));
     const auto between = lengthsInPixels(parseView(film.frame(1)).value());
-    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->spacing, 15.0);
-    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->dotSize, 4.0);
+    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->spacing_pixels(), 15.0);
+    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->dot_pixels(), 4.0);
     EXPECT_NEAR(between.annotations->fontPixels(100, 1440, 1.0), 32.0, 1e-9);
     EXPECT_EQ(film.frame(2).scale(), 4.0);
 }

@@ -7,6 +7,7 @@
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
 #include "tests/support/view_text.h"
@@ -120,7 +121,7 @@ TEST(LayerParts, WhatHasStepsMayBeOnItsWayToAnother) {
 TEST(LayerParts, SayWhichFieldIsWrong) {
     EXPECT_EQ(refusalOf("'colorBy': {}"), "layers[0].colorBy.column: the name of a column is missing");
     EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'range': [1]}"),
-              "layers[0].colorBy.range: 2 values are needed, not 1");
+              "layers[0].colorBy.range: 2 numbers are needed, not 1");
     EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'range': [1, 1]}"),
               "layers[0].colorBy.range: the second value must be the greater one");
     EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'range': [0, 'NaN']}").substr(0, 28),
@@ -128,7 +129,7 @@ TEST(LayerParts, SayWhichFieldIsWrong) {
     EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'colorMap': 'jet'}").substr(0, 28),
               "layers[0].colorBy.colorMap: ");
     EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'ofPixel': 'most'}"),
-              "layers[0].colorBy.ofPixel: there are \"mean\" and \"nearest\"");
+              "layers[0].colorBy.ofPixel: \"most\" is not known: there are mean, nearest");
     EXPECT_EQ(refusalOf("'select': {'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], [1, 1], [2]]}}"),
               "layers[0].select.polygon.points[2]: two numbers are needed");
     EXPECT_EQ(refusalOf("'highlight': {}"),

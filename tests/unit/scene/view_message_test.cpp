@@ -38,15 +38,9 @@ void snap(HybridStyle& style, const HybridStyle& to) {
         if (std::abs(plane.distance - distance) <= rounding * std::abs(distance)) plane.distance = distance;
     }
 }
-void snap(StippleStyle& style, const StippleStyle& to) {
-    snap(style.color, to.color);
-    snap(style.light, to.light);
-}
+/// Styles that are messages come back to the digit.
+void snap(google::protobuf::Message&, const google::protobuf::Message&) {}
 void snap(InkStyle& style, const InkStyle& to) {
-    snap(style.color, to.color);
-    snap(style.light, to.light);
-}
-void snap(MeshStyle& style, const MeshStyle& to) {
     snap(style.color, to.color);
     snap(style.light, to.light);
 }
@@ -127,10 +121,10 @@ TEST(Magnified, EveryLengthInPixels) {
     const View pixels = lengthsInPixels(*larger);
     EXPECT_EQ(pixels.scale, 1.0);
     EXPECT_EQ(pixels.layers[0].particles()->pointSize, 4.5);
-    EXPECT_EQ(pixels.layers[1].stipple()->spacing, 18.0);
-    EXPECT_EQ(pixels.layers[1].stipple()->dotSize, 9.0);
-    EXPECT_EQ(pixels.layers[1].stipple()->leastDotSize, 3.0);
-    EXPECT_EQ(pixels.layers[1].stipple()->jitter, 2.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->spacing_pixels(), 18.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->dot_pixels(), 9.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->least_dot_pixels(), 3.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->jitter(), 2.0);
     const InkStyle& ink = *pixels.layers[2].ink();
     EXPECT_EQ(ink.silhouettes.width, 6.0);
     EXPECT_EQ(ink.silhouettes.crease, 50.0);
@@ -146,15 +140,15 @@ std::vector<double> lengthsOf(const std::string& lines, const std::string& lengt
     const auto view = lengthsInPixels(viewOf("{'width': 100, 'height': " + lines + ", " + lengths));
     const auto& stipple = *view.layers[0].stipple();
     const auto& ink = *view.layers[1].ink();
-    return {stipple.spacing,
-            stipple.dotSize,
-            stipple.leastDotSize,
+    return {stipple.spacing_pixels(),
+            stipple.dot_pixels(),
+            stipple.least_dot_pixels(),
             ink.silhouettes.width,
             ink.hatch.spacing,
             ink.hatch.width,
             ink.reading,
             view.layers[2].paths->width,
-            view.layers[3].mesh()->wireWidth,
+            view.layers[3].mesh()->wire_width(),
             view.annotations->fontPixels(view.width, view.height, view.scale)};
 }
 

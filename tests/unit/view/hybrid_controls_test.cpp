@@ -29,15 +29,16 @@ proto::HybridManifest volume(double low, double high, const std::string& unit = 
 proto::HybridStyle wholeStyle() {
     HybridControls controls;
     controls.setDataset(volume(0.0, 255.0));
-    controls.representation = "points";
-    controls.pointShape = "square";
-    controls.pointOpacity = 0.5F;
+    controls.rest.set_representation("points");
+    controls.rest.set_point_shape("square");
+    controls.rest.set_point_opacity(0.5);
     controls.colorMap = "viridis";
     controls.ownColorRange = true;
     controls.colorRange = {10.0F, 200.0F};
-    controls.light = {90.0F, 0.0F};
-    controls.fixedLight = true;
-    controls.ambient = 0.5F;
+    auto& light = *controls.rest.mutable_light();
+    assign(light.mutable_direction(), glm::dvec3(1.0, 0.0, 0.0));
+    light.set_fixed(true);
+    light.set_ambient(0.5);
     controls.clipBox = true;
     controls.clipMin = {1.0F, 2.0F, 3.0F};
     controls.addClipPlane(volumeBounds(volume(0.0, 255.0)), {20.0, 10.0, 100.0});

@@ -62,31 +62,9 @@ std::function<void(ViewModel&)> moved(Member member) {
     };
 }
 
-template <class Editor, class Member>
-std::function<void(ViewModel&)> switched(Member member) {
-    return [member](ViewModel& model) {
-        auto& value = controls<Editor>(model).*member;
-        value = !value;
-    };
-}
-
-template <class Editor, class Member>
-std::function<void(ViewModel&)> turned(Member member) {
-    return [member](ViewModel& model) {
-        auto& angles = controls<Editor>(model).*member;
-        angles.across = angles.across > 0.0F ? -77.0F : 77.0F;
-        angles.above = 10.0F;
-    };
-}
-
 const std::vector<Edit>& edits() {
     using P = ParticlesControls;
-    using H = HybridControls;
-    using S = StippleControls;
-    using M = MeshControls;
-    using I = InkControls;
-    constexpr auto particles = proto::Layer::kParticles, hybrid = proto::Layer::kHybrid,
-                   stipple = proto::Layer::kStipple, mesh = proto::Layer::kMesh, ink = proto::Layer::kInk;
+    constexpr auto particles = proto::Layer::kParticles;
     static const std::vector<Edit> all{
         {"particles.points.opacity", particles, moved<ParticlesEditor>(&P::pointOpacity)},
         {"particles.points.size_pixels", particles, moved<ParticlesEditor>(&P::pointSize)},
@@ -95,60 +73,10 @@ const std::vector<Edit>& edits() {
              auto& color = controls<ParticlesEditor>(model).pointColor;
              color[1] = other(color[1]);
          }},
-        {"particles.volume.color_map", particles,
-         [](ViewModel& model) {
+        {"particles.volume.color_map", particles, [](ViewModel& model) {
              auto& map = controls<ParticlesEditor>(model).colorMap;
              map = otherName(map);
-         }},
-        {"hybrid.point_opacity", hybrid, moved<HybridEditor>(&H::pointOpacity)},
-        {"hybrid.light.ambient", hybrid, moved<HybridEditor>(&H::ambient)},
-        {"hybrid.light.diffuse", hybrid, moved<HybridEditor>(&H::diffuse)},
-        {"hybrid.light.specular", hybrid, moved<HybridEditor>(&H::specular)},
-        {"hybrid.light.fixed", hybrid, switched<HybridEditor>(&H::fixedLight)},
-        {"hybrid.light.direction", hybrid, turned<HybridEditor>(&H::light)},
-        {"hybrid.representation", hybrid,
-         [](ViewModel& model) {
-             auto& name = controls<HybridEditor>(model).representation;
-             name = name == "volume" ? "points" : "volume";
-         }},
-        {"stipple.spacing_pixels", stipple, moved<StippleEditor>(&S::spacing)},
-        {"stipple.dot_pixels", stipple, moved<StippleEditor>(&S::dotSize)},
-        {"stipple.light.ambient", stipple, moved<StippleEditor>(&S::ambient)},
-        {"stipple.light.diffuse", stipple, moved<StippleEditor>(&S::diffuse)},
-        {"stipple.light.direction", stipple, turned<StippleEditor>(&S::angles)},
-        {"stipple.light.shadow", stipple, switched<StippleEditor>(&S::shadow)},
-        {"stipple.jitter", stipple, moved<StippleEditor>(&S::jitter)},
-        {"stipple.soft", stipple, switched<StippleEditor>(&S::soft)},
-        {"stipple.see_through", stipple, switched<StippleEditor>(&S::seeThrough)},
-        {"stipple.invert", stipple, switched<StippleEditor>(&S::invert)},
-        {"stipple.gamma", stipple, moved<StippleEditor>(&S::gamma)},
-        {"mesh.opacity", mesh, moved<MeshEditor>(&M::opacity)},
-        {"mesh.wire", mesh, switched<MeshEditor>(&M::wire)},
-        {"mesh.light.ambient", mesh, moved<MeshEditor>(&M::ambient)},
-        {"mesh.light.diffuse", mesh, moved<MeshEditor>(&M::diffuse)},
-        {"mesh.light.specular", mesh, moved<MeshEditor>(&M::specular)},
-        {"mesh.light.direction", mesh, turned<MeshEditor>(&M::angles)},
-        {"mesh.light.shadow", mesh, switched<MeshEditor>(&M::shadow)},
-        {"ink.silhouettes.importance", ink, moved<InkEditor>(&I::importance)},
-        {"ink.silhouettes.mode", ink,
-         [](ViewModel& model) {
-             auto& lines = controls<InkEditor>(model);
-             lines.setLines(lines.lines == "important" ? "all" : "important");
-         }},
-        {"ink.silhouettes.width", ink, moved<InkEditor>(&I::lineWidth)},
-        {"ink.silhouettes.omit", ink, switched<InkEditor>(&I::omit)},
-        {"ink.hatch.strength", ink, moved<InkEditor>(&I::hatch)},
-        {"ink.hatch.spacing", ink,
-         [](ViewModel& model) {
-             auto& spacing = controls<InkEditor>(model).spacing;
-             spacing = spacing > 4.0F ? 3.0F : 5.0F;
-         }},
-        {"ink.ink.complexity", ink, moved<InkEditor>(&I::complexity)},
-        {"ink.occlusion", ink, moved<InkEditor>(&I::occlusion)},
-        {"ink.waver", ink, moved<InkEditor>(&I::waver)},
-        {"ink.taper", ink, switched<InkEditor>(&I::taper)},
-        {"ink.light.ambient", ink, moved<InkEditor>(&I::ambient)},
-        {"ink.light.diffuse", ink, moved<InkEditor>(&I::diffuse)}};
+         }}};
     return all;
 }
 
@@ -157,26 +85,49 @@ bool isWithin(const std::string& changed, const std::string& field) {
     return changed == field || (field.starts_with(changed) && field[changed.size()] == '.');
 }
 
-TEST(ViewEdits, ChangeTheirFieldAlone) {
-    for (const auto& edit : edits()) {
-        int made = 0;
-        for (std::uint64_t i = 0; made < 25; ++i) {
-            const auto view = generatedView(41, i);
-            if (view.layers().empty() || view.layers(0).kind_case() != edit.kind) continue;
-            ViewModel model;
-            load(view, model);
-            edit.make(model);
-            const auto edited = model.edited();
-            const auto changed = changedFields(view, edited);
-            const auto field = std::string("layers[0].") + edit.field;
-            ASSERT_EQ(changed.size(), 1U)
-                << edit.field << " of view " << i << testing::PrintToString(changed);
-            EXPECT_TRUE(isWithin(*changed.begin(), field)) << *changed.begin() << " for " << field;
-            auto sized = model.view(64, 64);
-            EXPECT_TRUE(parseView(sized).ok()) << edit.field << " of view " << i;
-            ++made;
-        }
+/// Edits views of a kind of layer, 25 of them: they change by that alone.
+void expectChanged(const std::string& field, proto::Layer::KindCase kind,
+                   const std::function<void(ViewModel&)>& make) {
+    int made = 0;
+    for (std::uint64_t i = 0; made < 25; ++i) {
+        const auto view = generatedView(41, i);
+        if (view.layers().empty() || view.layers(0).kind_case() != kind) continue;
+        ViewModel model;
+        load(view, model);
+        make(model);
+        const auto changed = changedFields(view, model.edited());
+        ASSERT_EQ(changed.size(), 1U) << field << " of view " << i << testing::PrintToString(changed);
+        EXPECT_TRUE(isWithin(*changed.begin(), "layers[0]." + field)) << *changed.begin() << " for " << field;
+        EXPECT_TRUE(parseView(model.view(64, 64)).ok()) << field << " of view " << i;
+        ++made;
     }
+}
+
+TEST(ViewEdits, ChangeTheirFieldAlone) {
+    for (const auto& edit : edits()) expectChanged(edit.field, edit.kind, edit.make);
+}
+
+TEST(ViewEdits, OfStylesThatAreMessagesChangeTheirFieldAlone) {
+    expectChanged("stipple.spacing_pixels", proto::Layer::kStipple, [](ViewModel& model) {
+        auto& style = dynamic_cast<StippleEditor&>(model.editor()).style;
+        style.set_spacing_pixels(style.spacing_pixels() == 7.0 ? 8.0 : 7.0);
+    });
+    expectChanged("hybrid.representation", proto::Layer::kHybrid, [](ViewModel& model) {
+        auto& style = controls<HybridEditor>(model).rest;
+        style.set_representation(style.representation() == "volume" ? "points" : "volume");
+    });
+    expectChanged("hybrid.light.ambient", proto::Layer::kHybrid, [](ViewModel& model) {
+        auto& light = *controls<HybridEditor>(model).rest.mutable_light();
+        light.set_ambient(light.ambient() == 0.5 ? 0.25 : 0.5);
+    });
+    expectChanged("mesh.light.shadow", proto::Layer::kMesh, [](ViewModel& model) {
+        auto& light = *dynamic_cast<MeshEditor&>(model.editor()).style.mutable_light();
+        light.set_shadow(!light.shadow());
+    });
+    expectChanged("ink.hatch.spacing", proto::Layer::kInk, [](ViewModel& model) {
+        auto& hatch = *dynamic_cast<InkEditor&>(model.editor()).style.mutable_hatch();
+        hatch.set_spacing(hatch.spacing() == 4.5 ? 5.0 : 4.5);
+    });
 }
 
 TEST(ViewEdits, TakenBackLeaveTheViewAsItWas) {
@@ -185,10 +136,11 @@ TEST(ViewEdits, TakenBackLeaveTheViewAsItWas) {
         if (view.layers().empty() || !view.layers(0).has_hybrid()) continue;
         ViewModel model;
         load(view, model);
-        auto& ambient = controls<HybridEditor>(model).ambient;
-        const float before = std::exchange(ambient, other(ambient));
+        auto& style = controls<HybridEditor>(model).rest;
+        const auto before = style;
+        style.mutable_light()->set_ambient(style.light().ambient() == 0.5 ? 0.25 : 0.5);
         EXPECT_NE(toJson(model.edited()), toJson(view));
-        ambient = before;
+        style = before;
         EXPECT_EQ(toJson(model.edited()), toJson(view));
     }
 }

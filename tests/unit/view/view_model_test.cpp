@@ -6,6 +6,7 @@
 #include "client/view/layers/hybrid_editor.h"
 #include "client/view/layers/particles_editor.h"
 #include "client/view/layers/stipple_editor.h"
+#include "client/view/slider_values.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/plot_density.h"
@@ -159,14 +160,14 @@ TEST(ViewModel, ASurfaceIsStippledAndFramed) {
     ASSERT_TRUE(model.load(savedView()).ok());
     model.setDataset("data/teapot", surface());
     EXPECT_TRUE(edits<StippleEditor>(model));
-    controls<StippleEditor>(model).spacing = 7.0F;
-    controls<StippleEditor>(model).angles.across = 90.0F;
-    controls<StippleEditor>(model).angles.above = 0.0F;
+    auto& style = dynamic_cast<StippleEditor&>(model.editor()).style;
+    style.set_spacing_pixels(7.0);
+    assign(style.mutable_light()->mutable_direction(), glm::dvec3(2.0, 0.0, 0.0));
     const auto view = parseView(model.view(640, 480));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].stipple(), nullptr);
-    EXPECT_EQ(view->layers[0].stipple()->spacing, 7.0);
-    EXPECT_NEAR(view->layers[0].stipple()->light.direction.x, 1.0, 1e-6);
+    EXPECT_EQ(view->layers[0].stipple()->spacing_pixels(), 7.0);
+    EXPECT_EQ(view->layers[0].stipple()->light().direction(0), 1.0);
     EXPECT_EQ(view->camera.target, glm::dvec3(10.0, 5.0, -5.0));
     model.setDataset("data/beam", plotOf(1));
     EXPECT_FALSE(edits<StippleEditor>(model));
@@ -192,7 +193,7 @@ TEST(ViewModel, AVolumeIsShownAndFramed) {
     model.setDataset("data/engine", volume(10.0));
     EXPECT_TRUE(edits<HybridEditor>(model));
     EXPECT_EQ(model.step(), 1U);
-    controls<HybridEditor>(model).representation = "points";
+    controls<HybridEditor>(model).rest.set_representation("points");
     const auto view = parseView(model.view(640, 480));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].hybrid(), nullptr);
@@ -201,7 +202,7 @@ TEST(ViewModel, AVolumeIsShownAndFramed) {
     EXPECT_EQ(view->camera.target, glm::dvec3(15.0));
     model.setDataset("data/frog", volume(-10.0));  // elsewhere
     EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(-5.0));
-    EXPECT_EQ(controls<HybridEditor>(model).representation, "points");
+    EXPECT_EQ(controls<HybridEditor>(model).rest.representation(), "points");
     model.setDataset("data/beam", plotOf(1));
     EXPECT_FALSE(edits<HybridEditor>(model));
     model.setDataset("data/engine", volume(10.0));
@@ -219,13 +220,8 @@ TEST(ViewModel, AStippleStyleIsKept) {
     ViewModel model;
     ASSERT_TRUE(model.load(saved).ok());
     const auto shown = parseView(model.view(640, 480)).value(), wanted = parseView(saved).value();
-    EXPECT_EQ(shown.layers[0].stipple()->value, DotValue::depth);
-    EXPECT_EQ(shown.layers[0].stipple()->dotSize, 3.5);
-    // Angles pass through floats of degrees.
-    for (int i = 0; i < 3; ++i) {
-        EXPECT_NEAR(shown.layers[0].stipple()->light.direction[i],
-                    wanted.layers[0].stipple()->light.direction[i], 1e-6);
-    }
+    EXPECT_EQ(shown.layers[0].stipple()->value(), "depth");
+    EXPECT_EQ(*shown.layers[0].stipple(), *wanted.layers[0].stipple());
 }
 
 TEST(ViewModel, CurvesAreThoseOfAPlotAlsoAfterAnotherKindOfLayer) {

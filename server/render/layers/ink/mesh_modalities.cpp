@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/write_fields.h"
 #include "server/render/ink/complexity.h"
 #include "server/render/layers/ink/ambient_occlusion.h"
 #include "server/render/layers/mesh/mesh_sight.h"
@@ -33,8 +34,8 @@ bool needsTone(const InkStyle& style) {
 
 MeshStyle white(const InkStyle& style) {
     MeshStyle mesh;
-    mesh.color = glm::dvec3(1.0);
-    mesh.light = style.light;
+    writeColor(glm::dvec3(1.0), mesh.mutable_color());
+    *mesh.mutable_light() = toProto(style.light);
     return mesh;
 }
 

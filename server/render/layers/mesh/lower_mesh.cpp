@@ -92,11 +92,11 @@ void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& su
     const FramePlan& plan = out.plan;
     const MeshSight sight(plan, layer.transform, style, surface, out.pixels);
     const PixelRect rect = sight.touched();
-    const double opacity = style.opacity * layer.opacity;
+    const double opacity = style.opacity() * layer.opacity;
     if (!(opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;
     const PixelFragments pixel(plan.exact ? PixelFragments::mostSamples : 1, opacity,
                                (sight.farDepth() - sight.nearDepth()) / out.slabs);
-    const bool firstOnly = !style.wire && opacity == 1.0;
+    const bool firstOnly = !style.wire() && opacity == 1.0;
     const std::uint32_t width = rect.right - rect.left, height = rect.bottom - rect.top;
     std::vector<Fragments> bands(partsOfRows(width, height));
     std::atomic<std::size_t> count{0};

@@ -8,6 +8,9 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/write_fields.h"
+
 namespace mote::render {
 namespace {
 
@@ -24,20 +27,23 @@ struct MeshSight::Corners {
 
 MeshSight::MeshSight(const FramePlan& plan, const glm::dmat4& transform, const MeshStyle& style,
                      const MeshSurface& surface, double pixels)
-    : style_(style),
+    : color_(readColor(style.color())),
+      wire_(style.wire()),
+      parts_(lightOf(style.light())),
       surface_(surface),
       perspective_(plan.camera.perspective()),
       nearest_(nearLimit(plan.camera)),
       size_(plan.width, plan.height),
       pixels_(plan.height / (2.0 * plan.camera.halfHeight())),
-      halfLine_(0.5 * std::max(style.wireWidth * pixels, plan.exact ? 0.0 : 1.0)),
+      halfLine_(0.5 *
+                std::max(lengthOf(style, style.kWireWidthFieldNumber) * pixels, plan.exact ? 0.0 : 1.0)),
       toEye_(plan.camera.worldToEye() * transform),
       fromEye_(glm::inverse(toEye_)) {
     const glm::dmat3 linear(toEye_);
     // The cofactors; a mirror image keeps outside out.
     areaToEye_ = std::abs(glm::determinant(linear)) * glm::transpose(glm::inverse(linear));
-    light_ = style.light.fixed ? glm::normalize(glm::dmat3(plan.camera.worldToEye()) * style.light.direction)
-                               : style.light.direction;
+    light_ = parts_.fixed ? glm::normalize(glm::dmat3(plan.camera.worldToEye()) * parts_.direction)
+                          : parts_.direction;
     lightInLayer_ = glm::normalize(glm::dmat3(fromEye_) * light_);
     shadowGap_ = shadowGap * glm::length(surface.bounds().size());
     const Bounds inEye = surface.bounds().transformed(toEye_);
@@ -61,7 +67,7 @@ std::optional<MeshHit> MeshSight::hit(const SightRay& ray, const MeshMeeting& me
     const auto& mesh = surface_.mesh();
     const auto [i, j, k] = mesh.triangles[met.triangle];
     const Corners corners{mesh.positions[i], mesh.positions[j], mesh.positions[k]};
-    if (style_.wire && !onWire(ray.window, corners)) return std::nullopt;
+    if (wire_ && !onWire(ray.window, corners)) return std::nullopt;
     const glm::dvec3 area = glm::cross(corners.b - corners.a, corners.c - corners.a);
     const glm::dvec3 smooth = met.weights.x * glm::dvec3(mesh.normals[i]) +
                               met.weights.y * glm::dvec3(mesh.normals[j]) +
@@ -72,7 +78,7 @@ std::optional<MeshHit> MeshSight::hit(const SightRay& ray, const MeshMeeting& me
     const glm::dvec3 normal = side * glm::normalize(glm::dot(turned, turned) > 0.0 ? turned : flat);
     const glm::dvec3 towardsEye =
         perspective_ ? glm::normalize(glm::dvec3(-ray.window, 1.0)) : glm::dvec3(0.0, 0.0, 1.0);
-    const bool dark = style_.light.shadow && glm::dot(normal, light_) > 0.0 &&
+    const bool dark = parts_.shadow && glm::dot(normal, light_) > 0.0 &&
                       shadowed(ray.inLayer.origin + met.at * ray.inLayer.direction, side * area);
     return MeshHit{start_ + met.at, shade(normal, towardsEye, dark), normal};
 }
@@ -101,16 +107,15 @@ bool MeshSight::shadowed(const glm::dvec3& place, const glm::dvec3& side) const 
 }
 
 glm::dvec3 MeshSight::shade(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool shadowed) const {
-    const Light& light = style_.light;
-    if (shadowed) return std::min(1.0, light.ambient) * style_.color;
-    const double diffuse = light.diffuse * std::max(0.0, glm::dot(normal, light_));
-    const glm::dvec3 color = std::min(1.0, light.ambient + diffuse) * style_.color;
+    if (shadowed) return std::min(1.0, parts_.ambient) * color_;
+    const double diffuse = parts_.diffuse * std::max(0.0, glm::dot(normal, light_));
+    const glm::dvec3 color = std::min(1.0, parts_.ambient + diffuse) * color_;
     const glm::dvec3 half = light_ + towardsEye;
     const double length = glm::length(half);
-    if (!(light.specular > 0.0 && length > 0.0)) return color;
+    if (!(parts_.specular > 0.0 && length > 0.0)) return color;
     double shine = std::max(0.0, glm::dot(normal, half / length));
     for (int i = 0; i < 5; ++i) shine *= shine;  // to the power of 32, alike on every processor
-    return color + light.specular * shine;
+    return color + parts_.specular * shine;
 }
 
 PixelRect MeshSight::touched() const {

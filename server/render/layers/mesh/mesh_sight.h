@@ -58,7 +58,9 @@ class MeshSight {
     glm::dvec3 shade(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool shadowed) const;
     bool shadowed(const glm::dvec3& place, const glm::dvec3& side) const;
 
-    const MeshStyle& style_;
+    glm::dvec3 color_;  // linear RGB
+    bool wire_;
+    Light parts_;  // its direction apart
     const MeshSurface& surface_;
     bool perspective_;
     double nearest_;   // depth; nothing nearer is seen

@@ -4,8 +4,10 @@
 #include <array>
 #include <limits>
 
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/write_fields.h"
 #include "server/render/layers/stipple/photograph_tone.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/long_list.h"
@@ -15,14 +17,16 @@ namespace mote::render {
 
 Dots photographDots(const PlaneTiles& tiles, const PixelMap& luminance, std::uint32_t width,
                     std::uint32_t height, const StippleStyle& style, const PhotographEffort& effort) {
-    const PhotographTone tone{style.spacing, style.dotSize, style.gamma, style.denseDark};
+    const double size = lengthOf(style, style.kDotPixelsFieldNumber);
+    const glm::vec3 color(readColor(style.color()));
+    const PhotographTone tone{lengthOf(style, style.kSpacingPixelsFieldNumber), size, style.gamma(),
+                              denseInDark(style)};
     const auto wanted = wantedDensity(luminance, width, height, tone);
     Dots dots;
     for (const auto& dot : stipplePhotograph(tiles, wanted, {tone.fullDensity()}, effort)) {
         giveWay();
         dots.push_back({dot.place.x, dot.place.y, std::numeric_limits<double>::infinity(),
-                        static_cast<float>(0.5 * style.dotSize), static_cast<float>(style.opacity),
-                        glm::vec3(style.color)});
+                        static_cast<float>(0.5 * size), static_cast<float>(style.opacity()), color});
     }
     return dots;
 }

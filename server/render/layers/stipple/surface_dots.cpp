@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/write_fields.h"
 #include "server/render/plan/in_turns.h"
 
 namespace mote::render {
@@ -31,9 +33,15 @@ SurfaceDots::SurfaceDots(const StippleSurface& surface, const StippleStyle& styl
                          const glm::dmat4& transform)
     : surface_(surface),
       style_(style),
+      size_(lengthOf(style, style.kDotPixelsFieldNumber)),
+      leastSize_(lengthOf(style, style.kLeastDotPixelsFieldNumber)),
+      color_(readColor(style.color())),
       view_(view, transform),
       wanted_(surface, style_, view_),
-      border_(0.5 * std::max(style.dotSize, style.leastDotSize) + 1.0) {
+      border_(0.5 * std::max(size_, leastSize_) + 1.0) {
+    constexpr std::array names{"", "tone", "depth", "x", "y", "z"};
+    value_ = static_cast<Value>(std::find(names.begin(), names.end(), style.value()) - names.begin());
+    if (!style.color_map().empty()) colorMap_ = ColorMap::find(style.color_map()).value();
     const glm::dmat4 back = glm::inverse(view_.layerToEye);
     eyeInLayer_ =
         glm::dvec3(back * glm::dvec4(0.0, 0.0, view_.perspective ? 0.0 : 1.0, view_.perspective ? 1.0 : 0.0));
@@ -55,7 +63,7 @@ bool SurfaceDots::visible(std::size_t point, const glm::vec3& position) const {
           at.y < view_.size.y + border_)) {
         return false;
     }
-    if (style_.seeThrough) return true;
+    if (style_.see_through()) return true;
     const glm::dvec3 way = view_.perspective ? eyeInLayer_ - glm::dvec3(position) : eyeInLayer_;
     const double reach = glm::length(way);
     return !surface_.hides(
@@ -93,7 +101,7 @@ glm::dvec3 SurfaceDots::jittered(const ShownPoint& shown, const glm::dvec3& inEy
     const double density = std::min<double>(share, 1.0) * surface_.density() / scale;
     const double distance = std::sqrt(2.0 / (std::numbers::sqrt3 * density));
     const glm::dvec3 across = glm::cross(view_.towardsEye(inEye), area / scale);  // of length sin(theta)
-    return inEye + style_.jitter * 0.5 * distance * randomOf(shown.point) * glm::length(across) * across;
+    return inEye + style_.jitter() * 0.5 * distance * randomOf(shown.point) * glm::length(across) * across;
 }
 
 float SurfaceDots::valueOf(const ShownPoint& shown, double depth, float tone) const {
@@ -104,18 +112,18 @@ float SurfaceDots::valueOf(const ShownPoint& shown, double depth, float tone) co
     const auto along = [&](int axis) {
         return within(shown.position[axis], bounds.min[axis], bounds.max[axis]);
     };
-    switch (style_.value) {
-        case DotValue::tone:
+    switch (value_) {
+        case Value::tone:
             return tone;
-        case DotValue::depth:
+        case Value::depth:
             return within(depth, nearestDepth_, farthestDepth_);
-        case DotValue::x:
+        case Value::x:
             return along(0);
-        case DotValue::y:
+        case Value::y:
             return along(1);
-        case DotValue::z:
+        case Value::z:
             return along(2);
-        case DotValue::none:
+        case Value::none:
             break;
     }
     return 1.0F;
@@ -124,17 +132,17 @@ float SurfaceDots::valueOf(const ShownPoint& shown, double depth, float tone) co
 Dot SurfaceDots::dotOf(const ShownPoint& shown) const {
     glm::dvec3 inEye = view_.toEye(shown.position);
     WantedDensity::Wanted wanted;
-    if (style_.jitter > 0.0 || style_.value == DotValue::tone) wanted = wanted_.at(shown.point);
-    if (style_.jitter > 0.0) inEye = jittered(shown, inEye, wanted.share);
+    if (style_.jitter() > 0.0 || value_ == Value::tone) wanted = wanted_.at(shown.point);
+    if (style_.jitter() > 0.0) inEye = jittered(shown, inEye, wanted.share);
     const glm::dvec2 at = view_.onScreen(inEye);
     const float value = valueOf(shown, -inEye.z, wanted.tone);
-    const double size = style_.leastDotSize + value * (style_.dotSize - style_.leastDotSize);
+    const double size = leastSize_ + value * (size_ - leastSize_);
     return {.x = static_cast<float>(at.x),
             .y = static_cast<float>(at.y),
             .depth = -inEye.z,
             .radius = static_cast<float>(0.5 * size),
-            .opacity = static_cast<float>(style_.opacity) * shown.presence,
-            .color = style_.colorMap ? glm::vec3((*style_.colorMap)(value)) : glm::vec3(style_.color)};
+            .opacity = static_cast<float>(style_.opacity()) * shown.presence,
+            .color = colorMap_ ? glm::vec3((*colorMap_)(value)) : color_};
 }
 
 }  // namespace mote::render

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "protocol/scene/view.h"
@@ -43,12 +44,18 @@ class SurfaceDots {
     Dots onScreen(const std::vector<ShownPoint>& points) const;
 
   private:
+    enum class Value { none, tone, depth, x, y, z };
+
     glm::dvec3 jittered(const ShownPoint& shown, const glm::dvec3& inEye, float share) const;
     float valueOf(const ShownPoint& shown, double depth, float tone) const;
     Dot dotOf(const ShownPoint& shown) const;
 
     const StippleSurface& surface_;
     const StippleStyle& style_;
+    double size_, leastSize_;  // of dots, pixels
+    glm::vec3 color_;          // linear RGB
+    std::optional<ColorMap> colorMap_;
+    Value value_;  // what drives size and colour, from 0 to 1
     SurfaceView view_;
     WantedDensity wanted_;
     glm::dvec3 eyeInLayer_;                // perspective: the eye; orthographic: the direction towards it

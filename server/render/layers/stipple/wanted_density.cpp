@@ -7,6 +7,8 @@
 #include <glm/matrix.hpp>
 #include <numbers>
 
+#include "protocol/scene/fields/facts.h"
+#include "server/render/layers/stipple/tone.h"
 #include "server/render/plan/in_turns.h"
 
 namespace mote::render {
@@ -22,16 +24,19 @@ constexpr double marginSpacings = 4.0;  // a dot's neighbours, and theirs
 WantedDensity::WantedDensity(const StippleSurface& surface, const StippleStyle& style,
                              const SurfaceView& view)
     : surface_(surface),
-      style_(style),
+      parts_(lightOf(style.light())),
+      gamma_(style.gamma()),
+      denseDark_(denseInDark(style)),
+      byTone_(style.value() == "tone"),
       view_(view),
-      light_(style.light.fixed ? view.turnToEye * style.light.direction : style.light.direction),
+      light_(parts_.fixed ? view.turnToEye * parts_.direction : parts_.direction),
       lightInLayer_(glm::normalize(glm::inverse(glm::dmat3(view.layerToEye)) * light_)),
       // Evenly spaced points stand on a hexagonal grid, one in sqrt(3) / 2 of the square of their distance.
-      fullDensity_(2.0 / (std::numbers::sqrt3 * style.spacing * style.spacing)),
-      margin_(marginSpacings * style.spacing) {}
+      fullDensity_(densityOfSpacing(lengthOf(style, style.kSpacingPixelsFieldNumber))),
+      margin_(marginSpacings * lengthOf(style, style.kSpacingPixelsFieldNumber)) {}
 
 double WantedDensity::brightness(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool lit) const {
-    const Light& light = style_.light;
+    const Light& light = parts_;
     if (!lit) return std::min(light.ambient, 1.0);
     const double diffuse = std::max(glm::dot(normal, light_), 0.0);
     double sum = light.ambient + light.diffuse * diffuse;
@@ -43,8 +48,8 @@ double WantedDensity::brightness(const glm::dvec3& normal, const glm::dvec3& tow
 }
 
 double WantedDensity::tone(double brightness) const {
-    const double bright = style_.gamma == 1.0 ? brightness : std::pow(brightness, style_.gamma);
-    return style_.denseDark ? 1.0 - bright : bright;
+    const double bright = gamma_ == 1.0 ? brightness : std::pow(brightness, gamma_);
+    return denseDark_ ? 1.0 - bright : bright;
 }
 
 WantedDensity::Wanted WantedDensity::at(std::size_t point) const {
@@ -66,11 +71,10 @@ WantedDensity::Wanted WantedDensity::at(std::size_t point) const {
         return Wanted{static_cast<float>(share), static_cast<float>(share * wanted)};
     };
     const Wanted lit = asked(true);
-    if (!style_.light.shadow || glm::dot(normal, light_) <= 0.0) return lit;
+    if (!parts_.shadow || glm::dot(normal, light_) <= 0.0) return lit;
     const Wanted dark = asked(false);
     // A ray only where it decides.
-    const bool decides = style_.value == DotValue::tone ||
-                         replay.selects(point, lit.share) != replay.selects(point, dark.share);
+    const bool decides = byTone_ || replay.selects(point, lit.share) != replay.selects(point, dark.share);
     if (!decides) return lit;
     const bool shaded = surface_.hides(replay.position(point), replay.normal(point), lightInLayer_, INFINITY);
     return shaded ? dark : lit;

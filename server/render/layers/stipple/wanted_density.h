@@ -34,7 +34,9 @@ class WantedDensity {
     double brightness(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool lit) const;
 
     const StippleSurface& surface_;
-    const StippleStyle& style_;
+    Light parts_;  // its direction apart
+    double gamma_;
+    bool denseDark_, byTone_;  // what dots look like follows from the tone
     const SurfaceView& view_;
     glm::dvec3 light_;        // towards it, eye space
     glm::vec3 lightInLayer_;  // unit

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/fields/facts.h"
+
+#include <algorithm>
+#include <string>
+
+#include "protocol/scene/mote_check.h"
+#include "protocol/scene/srgb.h"
+
+namespace mote {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+const proto::Facts& factsOf(const FieldDescriptor& field) {
+    return field.options().GetExtension(proto::is);
+}
+
+std::optional<Ends> endsOf(const FieldDescriptor& field) {
+    const auto& facts = factsOf(field);
+    if (facts.as() == proto::Facts::COLOR) return Ends{0.0, 1.0};
+    if (facts.as() == proto::Facts::DIRECTION) return Ends{-1e6, 1e6};
+    if (!facts.has_from()) return std::nullopt;
+    return Ends{facts.from(), facts.to()};
+}
+
+int countOf(const FieldDescriptor& field) {
+    const auto& facts = factsOf(field);
+    const bool triple = facts.as() == proto::Facts::COLOR || facts.as() == proto::Facts::DIRECTION;
+    return triple ? 3 : static_cast<int>(facts.count());
+}
+
+double numberOf(const Message& message, int number) {
+    const auto& field = *message.GetDescriptor()->FindFieldByNumber(number);
+    const auto& reflection = *message.GetReflection();
+    const bool said = !field.has_presence() || reflection.HasField(message, &field);
+    return said ? reflection.GetDouble(message, &field) : factsOf(field).default_(0);
+}
+
+std::optional<glm::dvec3> colorOf(const Message& message, int number) {
+    const auto& field = *message.GetDescriptor()->FindFieldByNumber(number);
+    const auto& reflection = *message.GetReflection();
+    const auto& usual = factsOf(field).default_();
+    const bool said = reflection.FieldSize(message, &field) > 0;
+    if (!said && usual.empty()) return std::nullopt;
+    glm::dvec3 color;
+    for (int i = 0; i < 3; ++i) color[i] = said ? reflection.GetRepeatedDouble(message, &field, i) : usual[i];
+    return srgbToLinear(color);
+}
+
+ScreenLength lengthOf(const Message& message, const FieldDescriptor& field) {
+    const auto& reflection = *message.GetReflection();
+    if (reflection.HasField(message, &field)) return reflection.GetDouble(message, &field);
+    MOTE_CHECK(!factsOf(field).default_().empty());
+    return ScreenLength::usual(factsOf(field).default_(0));
+}
+
+ScreenLength lengthOf(const Message& message, int number) {
+    return lengthOf(message, *message.GetDescriptor()->FindFieldByNumber(number));
+}
+
+LengthField lengthField(std::string_view path) {
+    const auto* type = proto::Layer::descriptor();
+    const FieldDescriptor* field = nullptr;
+    for (std::string_view rest = path; !rest.empty();) {
+        const auto end = std::min(rest.find('.'), rest.size());
+        field = type->FindFieldByCamelcaseName(std::string(rest.substr(0, end)));
+        MOTE_CHECK(field != nullptr);
+        type = field->message_type();
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    const auto ends = endsOf(*field).value();
+    return {path, ends.least, ends.greatest};
+}
+
+}  // namespace mote
