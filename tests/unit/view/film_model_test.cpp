@@ -113,7 +113,10 @@ TEST(FilmModel, AScriptThatWasSavedIsTheSameFilm) {
     for (std::uint64_t series = 0; series < 100; ++series) {
         Random random(14, series);
         FilmModel film;
-        while (!film.isFilm() || random.chance(0.9)) edit(random, film);
+        for (int edits = 0; !film.isFilm() || random.chance(0.9); ++edits) {
+            ASSERT_LT(edits, 10'000) << "no edit makes a film";
+            edit(random, film);
+        }
         proto::Script read;
         ASSERT_TRUE(parseJson(toJson(film.toScript()), read, "test").ok());
         const auto again = FilmModel::fromScript(read);
