@@ -23,7 +23,7 @@ std::shared_ptr<const MemoryStep> denseBeam() {
 
 /// A wide core of uneven weights, coarse leaves and a coarse volume: the seam between points and volume is
 /// broad.
-std::shared_ptr<const MemoryStep> wideBeam() {
+std::shared_ptr<const MemoryStep> goldenWideBeam() {
     BeamShape shape{.core = 40000, .halo = 20000, .filaments = 8000};
     shape.coreSigma = 0.12;
     shape.evenWeights = false;
@@ -241,21 +241,21 @@ const std::map<std::string, Recipe>& recipes() {
         {"denseCore", {denseCore, {denseBeam}}},
         {"haloOnly", {haloOnly, {largeBeam}}},
         {"linked", {linked, {largeBeam}}},
-        {"unlinked", {unlinked, {wideBeam}}},
+        {"unlinked", {unlinked, {goldenWideBeam}}},
         {"zoomedInside", {zoomedInside, {largeBeam}}},
         {"orthographic", {orthographic, {denseBeam}}},
-        {"orthographicInside", {orthographicInside, {wideBeam}}},
+        {"orthographicInside", {orthographicInside, {goldenWideBeam}}},
         {"discs", {discs, {denseBeam}}},
-        {"twoLayers", {twoLayers, {denseBeam, wideBeam}}},
-        {"whiteBackground", {whiteBackground, {wideBeam}}},
-        {"steps", {steps, {wideBeam}}},
+        {"twoLayers", {twoLayers, {denseBeam, goldenWideBeam}}},
+        {"whiteBackground", {whiteBackground, {goldenWideBeam}}},
+        {"steps", {steps, {goldenWideBeam}}},
         {"farAway", {farAway, {denseBeam}}},
         {"onePixel", {onePixel, {denseBeam}}},
-        {"oddSize", {oddSize, {wideBeam}}},
-        {"tallAndNarrow", {tallAndNarrow, {wideBeam}}},
+        {"oddSize", {oddSize, {goldenWideBeam}}},
+        {"tallAndNarrow", {tallAndNarrow, {goldenWideBeam}}},
         {"dotShell", {dotShell, {denseBeam}, dotsAround}},
-        {"dotPlane", {dotPlane, {denseBeam, wideBeam}, dotsThrough}},
-        {"dotBackdrop", {dotBackdrop, {wideBeam}, dotsWithoutDepth}},
+        {"dotPlane", {dotPlane, {denseBeam, goldenWideBeam}, dotsThrough}},
+        {"dotBackdrop", {dotBackdrop, {goldenWideBeam}, dotsWithoutDepth}},
         {"dotsAndPoints", {dotsAndPoints, {largeBeam}, dotsAround}},
         {"dotsAlone", {dotsAlone, {}, dotsThrough}},
         {"meshShell", {meshShell, {denseBeam}, nullptr, "sphere"}},

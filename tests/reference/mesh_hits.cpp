@@ -13,7 +13,7 @@
 namespace mote::reference {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double farthestHit = std::numeric_limits<double>::infinity();
 /// Where a pixel is looked through, sixteenths of it from its centre: written down once more, see PICTURE.md.
 constexpr std::array<std::array<double, 2>, 8> samples{
     {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}}};
@@ -46,8 +46,8 @@ MeshHits::Triangle MeshHits::triangleOf(const storage::SurfaceMesh& mesh,
     const glm::dmat3 normalToEye = glm::transpose(glm::inverse(glm::dmat3(toEye_)));
     const bool perspective = view_.camera.perspective();
     Triangle made;
-    made.low = glm::dvec2(infinity);
-    made.high = glm::dvec2(-infinity);
+    made.low = glm::dvec2(farthestHit);
+    made.high = glm::dvec2(-farthestHit);
     for (std::size_t i = 0; i < 3; ++i) {
         made.inLayer[i] = mesh.positions[vertices[i]];
         made.normals[i] = normalToEye * glm::dvec3(mesh.normals[vertices[i]]);
@@ -61,8 +61,8 @@ MeshHits::Triangle MeshHits::triangleOf(const storage::SurfaceMesh& mesh,
     }
     const auto behind = [](const glm::dvec3& at) { return !(at.z > 0.0); };
     if (std::any_of(made.inWindow.begin(), made.inWindow.end(), behind)) {
-        made.low = glm::dvec2(-infinity);
-        made.high = glm::dvec2(infinity);
+        made.low = glm::dvec2(-farthestHit);
+        made.high = glm::dvec2(farthestHit);
     }
     return made;
 }

@@ -45,7 +45,7 @@ render::Scene sceneOf(const std::shared_ptr<const render::MeshSurface>& mesh, co
 
 constexpr const char* white = "'color': [1, 1, 1], 'light': {'ambient': 1, 'diffuse': 0}";
 
-double ink(const Picture& picture) {
+double meshInk(const Picture& picture) {
     double sum = 0.0;
     for (const auto& color : picture.linear) sum += color.x;
     return sum;
@@ -55,7 +55,7 @@ TEST(ReferenceMesh, CoversAsMuchAsItIsLarge) {
     // Edges where the eight samples of a pixel tell them: at multiples of a quarter of it.
     for (const double half : {0.5, 0.5125, 0.525, 0.2375}) {
         const double pixels = 2.0 * half * 20.0;
-        EXPECT_NEAR(ink(render(sceneOf(squares({0.0}, half), white))), pixels * pixels,
+        EXPECT_NEAR(meshInk(render(sceneOf(squares({0.0}, half), white))), pixels * pixels,
                     0.011 * pixels * pixels)
             << half;
     }

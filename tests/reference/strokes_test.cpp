@@ -40,7 +40,7 @@ Picture areaOf(std::vector<StrokePoint> points, double depth = 4.0) {
                     .areaDepths = {40, 40, std::move(depths)}});
 }
 
-double ink(const Picture& picture) {
+double strokesInk(const Picture& picture) {
     double sum = 0.0;
     for (const auto& color : picture.linear) sum += color.x;
     return sum;
@@ -49,7 +49,8 @@ double ink(const Picture& picture) {
 TEST(ReferenceStrokes, ALineHasAsMuchInkAsItIsWide) {
     for (const float width : {0.1F, 0.8F, 1.0F, 3.3F, 7.0F}) {
         for (const float y : {12.0F, 12.4F, 12.5F})
-            EXPECT_NEAR(ink(lineOf({{-9.0F, y, width, 4.0}, {60.0F, y, width, 4.0}})), 40.0 * width, 1e-4);
+            EXPECT_NEAR(strokesInk(lineOf({{-9.0F, y, width, 4.0}, {60.0F, y, width, 4.0}})), 40.0 * width,
+                        1e-4);
     }
 }
 
@@ -61,12 +62,12 @@ TEST(ReferenceStrokes, AWideLineIsOneInside) {
 
 TEST(ReferenceStrokes, APointIsADot) {
     const auto drawn = lineOf({{20.0F, 20.0F, 12.0F, 4.0}});
-    EXPECT_NEAR(ink(drawn), std::numbers::pi * 36.0, 0.5);
+    EXPECT_NEAR(strokesInk(drawn), std::numbers::pi * 36.0, 0.5);
 }
 
 TEST(ReferenceStrokes, AnAreaIsWhatItsOutlinesSurround) {
     const std::vector<StrokePoint> triangle{{3.0F, 3.0F}, {33.0F, 3.0F}, {3.0F, 23.0F}};
-    EXPECT_NEAR(ink(areaOf(triangle)), 300.0, 1e-9);
+    EXPECT_NEAR(strokesInk(areaOf(triangle)), 300.0, 1e-9);
     // A star of five points is hollow in the middle.
     std::vector<StrokePoint> star;
     for (int i = 0; i < 5; ++i) {
@@ -80,15 +81,15 @@ TEST(ReferenceStrokes, AnAreaIsWhatItsOutlinesSurround) {
 
 TEST(ReferenceStrokes, AnAreaIsNotDrawnWhereItHasNoDepth) {
     const std::vector<StrokePoint> square{{2.0F, 28.0F}, {8.0F, 28.0F}, {8.0F, 34.0F}, {2.0F, 34.0F}};
-    EXPECT_NEAR(ink(areaOf(square)), 35.0, 1e-9);
+    EXPECT_NEAR(strokesInk(areaOf(square)), 35.0, 1e-9);
     EXPECT_EQ(areaOf(square).at(4, 30).x, 0.0);
     EXPECT_EQ(areaOf(square).at(5, 30).x, 1.0);
 }
 
 TEST(ReferenceStrokes, NothingIsNearerThanWhatIsSeen) {
-    EXPECT_EQ(ink(lineOf({{20.0F, 20.0F, 12.0F, 0.003}})), 0.0);
-    EXPECT_GT(ink(lineOf({{20.0F, 20.0F, 12.0F, 0.005}})), 0.0);
-    EXPECT_EQ(ink(areaOf({{3.0F, 3.0F}, {33.0F, 3.0F}, {3.0F, 23.0F}}, 0.003)), 0.0);
+    EXPECT_EQ(strokesInk(lineOf({{20.0F, 20.0F, 12.0F, 0.003}})), 0.0);
+    EXPECT_GT(strokesInk(lineOf({{20.0F, 20.0F, 12.0F, 0.005}})), 0.0);
+    EXPECT_EQ(strokesInk(areaOf({{3.0F, 3.0F}, {33.0F, 3.0F}, {3.0F, 23.0F}}, 0.003)), 0.0);
 }
 
 }  // namespace

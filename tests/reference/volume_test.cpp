@@ -18,7 +18,7 @@ namespace {
 using test::MemoryStep;
 using test::viewOf;
 
-constexpr double rounding = 1e-10;  // a thousand steps, each rounded to 1e-16 of its size, with room
+constexpr double volumeRounding = 1e-10;  // a thousand steps, each rounded to 1e-16 of its size, with room
 constexpr LogDensity scale{1.0, 100.0};
 
 /// A volume without points, all of one scaled log density or one a cell (x fastest).
@@ -43,7 +43,8 @@ const char* const perspective = "'eye': [0, 0, 4], 'target': [0, 0, 0], 'fovYDeg
 const char* const orthographic = "'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 0.8";
 const char* const onePercent = "[{'density': 0, 'opacity': 0.01}]";
 
-void expectColor(const glm::dvec3& actual, const glm::dvec3& expected, double tolerance = rounding) {
+void expectVolumeColor(const glm::dvec3& actual, const glm::dvec3& expected,
+                       double tolerance = volumeRounding) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], tolerance) << "channel " << i;
 }
 
@@ -62,7 +63,7 @@ TEST(ReferenceVolume, EvenDensityDimsByBeerAndLambert) {
                 const double length = scene.camera.perspective() ? 2.0 * std::sqrt(1.0 + x * x + y * y) : 2.0;
                 const double left = std::pow(0.99, 32.0 * length);
                 // Densities are floats: 0.7 is met to 1e-8.
-                expectColor(picture.at(column, row), (1.0 - left) * own + left, 1e-7);
+                expectVolumeColor(picture.at(column, row), (1.0 - left) * own + left, 1e-7);
             }
         }
     }
@@ -76,7 +77,7 @@ TEST(ReferenceVolume, LengthIsMeasuredInLayerSpace) {
     for (const glm::dvec3& size : {glm::dvec3(1.0, 1.0, 3.0), glm::dvec3(0.2), glm::dvec3(7.0, 2.0, 0.1)}) {
         auto scene = view(orthographic, onePercent);
         scene.layers[0].transform = glm::scale(glm::dmat4(1.0), size);
-        expectColor(render({scene, {step}}).at(10, 5), (1.0 - left) * own, 1e-7);
+        expectVolumeColor(render({scene, {step}}).at(10, 5), (1.0 - left) * own, 1e-7);
     }
 }
 
@@ -85,13 +86,13 @@ TEST(ReferenceVolume, ARaySeesOnlyWhatIsInFrontOfTheEye) {
     const glm::dvec3 own = ColorMap::find("viridis").value()(1.0);
     // The nearest depth is a thousandth of the distance to the target, 0.02.
     const auto inside = view("'eye': [0, 0, 0], 'target': [0, 0, -20]", onePercent);
-    expectColor(render({inside, {step}}).at(10, 5), (1.0 - std::pow(0.99, 32.0 * 0.98)) * own, 1e-7);
+    expectVolumeColor(render({inside, {step}}).at(10, 5), (1.0 - std::pow(0.99, 32.0 * 0.98)) * own, 1e-7);
     const auto away = view("'eye': [0, 0, 4], 'target': [0, 0, 5]", onePercent);
-    expectColor(render({away, {step}}).at(10, 5), glm::dvec3(0.0));
+    expectVolumeColor(render({away, {step}}).at(10, 5), glm::dvec3(0.0));
     // Orthographic: also what is behind.
     const auto parallel =
         view("'eye': [0, 0, 0], 'target': [0, 0, -20], 'orthographicHeight': 0.8", onePercent);
-    expectColor(render({parallel, {step}}).at(10, 5), (1.0 - std::pow(0.99, 64.0)) * own, 1e-7);
+    expectVolumeColor(render({parallel, {step}}).at(10, 5), (1.0 - std::pow(0.99, 64.0)) * own, 1e-7);
 }
 
 TEST(ReferenceVolume, CellsAreInterpolatedBetweenTheirCentres) {
@@ -140,7 +141,7 @@ TEST(ReferenceVolume, EmptyCellsAreClear) {
     const auto step =
         MemoryStep::make({}, {.volumeLevel = 1, .logDensity = scale, .volume = std::vector<float>(8, 0.0F)});
     const auto scene = view(perspective, "[{'density': 0, 'opacity': 1}]", "[1, 1, 1]");
-    for (const auto& color : render({scene, {step}}).linear) expectColor(color, glm::dvec3(1.0));
+    for (const auto& color : render({scene, {step}}).linear) expectVolumeColor(color, glm::dvec3(1.0));
 }
 
 TEST(ReferenceVolume, WhatIsThinnerThanTheScaleIsAsAtItsEnd) {
@@ -148,7 +149,7 @@ TEST(ReferenceVolume, WhatIsThinnerThanTheScaleIsAsAtItsEnd) {
     const auto scene = view(orthographic, onePercent, "[1, 1, 1]");
     const double left = std::pow(0.99, 64.0);
     const glm::dvec3 own = ColorMap::find("viridis").value()(0.0);
-    expectColor(render({scene, {step}}).at(10, 5), (1.0 - left) * own + left, 1e-7);
+    expectVolumeColor(render({scene, {step}}).at(10, 5), (1.0 - left) * own + left, 1e-7);
 }
 
 }  // namespace

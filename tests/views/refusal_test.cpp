@@ -10,7 +10,7 @@
 namespace mote::test {
 namespace {
 
-constexpr std::uint64_t views = 3000;
+constexpr std::uint64_t refusedViews = 3000;
 
 void expectRefused(const Fault& fault) {
     const auto parsed = parseView(fault.view);
@@ -20,14 +20,14 @@ void expectRefused(const Fault& fault) {
 }
 
 TEST(Refusal, OfWhatIsNoNumber) {
-    for (std::uint64_t i = 0; i < views; ++i) {
+    for (std::uint64_t i = 0; i < refusedViews; ++i) {
         Random random(7, i);
         expectRefused(withoutANumber(random, generatedView(7, i)));
     }
 }
 
 TEST(Refusal, OfWhatIsBeyondItsEnds) {
-    for (std::uint64_t i = 0; i < views; ++i) {
+    for (std::uint64_t i = 0; i < refusedViews; ++i) {
         Random random(8, i);
         expectRefused(beyondItsEnds(random, generatedView(8, i)));
     }

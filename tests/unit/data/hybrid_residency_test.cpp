@@ -21,7 +21,7 @@ namespace {
 using enum HybridRepresentation;
 using testing::HasSubstr;
 
-constexpr std::uint64_t mib = std::uint64_t{1} << 20;
+constexpr std::uint64_t hybridMib = std::uint64_t{1} << 20;
 constexpr std::uint32_t steps = 16;
 
 using Step = std::shared_ptr<const render::GridField>;
@@ -98,7 +98,7 @@ class HybridResidency : public testing::Test {
 };
 
 TEST_F(HybridResidency, NobodyWaitsForAStepThatIsLoaded) {
-    start(100 * mib);
+    start(100 * hybridMib);
     EXPECT_EQ(step(0), nullptr);
     await(1);
     const auto loaded = step(0);
@@ -109,7 +109,7 @@ TEST_F(HybridResidency, NobodyWaitsForAStepThatIsLoaded) {
 }
 
 TEST_F(HybridResidency, TheVolumeAloneComesFirst) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(9);
     await(1);
     EXPECT_EQ(step(0), nullptr);
@@ -126,7 +126,7 @@ TEST_F(HybridResidency, TheVolumeAloneComesFirst) {
 }
 
 TEST_F(HybridResidency, TheNextStepsOfASeriesAreLoadedInTheOrderInWhichTheyArePlayed) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(6);
     step(7);  // 6 may be loaded by now, or is still in line: nobody needs it any more
     letGo(1000);
@@ -138,7 +138,7 @@ TEST_F(HybridResidency, TheNextStepsOfASeriesAreLoadedInTheOrderInWhichTheyArePl
 }
 
 TEST_F(HybridResidency, ASeriesIsPlayedOnceThereIsAnOrder) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(4);
     EXPECT_FALSE(residency_->played(entry_));
     step(5);
@@ -150,7 +150,7 @@ TEST_F(HybridResidency, ASeriesIsPlayedOnceThereIsAnOrder) {
 }
 
 TEST_F(HybridResidency, WhatIsExpectedComesOneAfterTheOther) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(2);
     await(1);
     step(3);
@@ -164,7 +164,7 @@ TEST_F(HybridResidency, WhatIsExpectedComesOneAfterTheOther) {
 }
 
 TEST_F(HybridResidency, WhatIsAskedForGoesBeforeWhatIsExpected) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(0);
     await(1);
     step(1);
@@ -178,7 +178,7 @@ TEST_F(HybridResidency, WhatIsAskedForGoesBeforeWhatIsExpected) {
 }
 
 TEST_F(HybridResidency, OfADatasetOnlyTheLatestIsWaitedFor) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(0);
     await(1);
     for (const std::uint32_t index : {3U, 9U, 14U, 6U}) step(index);
@@ -240,7 +240,7 @@ TEST_F(HybridResidency, WhatIsPlayedStaysForWhatComes) {
 }
 
 TEST_F(HybridResidency, WhatIsWrongIsSaidWhenItIsAskedForAndTriedAnew) {
-    start(100 * mib);
+    start(100 * hybridMib);
     step(0);
     await(1);
     const auto kept = folder_ / "kept";

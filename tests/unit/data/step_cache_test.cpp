@@ -17,8 +17,8 @@ namespace {
 
 using test::TinyDataset;
 
-constexpr std::uint64_t mib = std::uint64_t{1} << 20;
-constexpr std::uint32_t steps = 8;
+constexpr std::uint64_t cacheMib = std::uint64_t{1} << 20;
+constexpr std::uint32_t cachedSteps = 8;
 
 class StepCacheTest : public testing::Test {
   protected:
@@ -28,7 +28,7 @@ class StepCacheTest : public testing::Test {
         // The same step again and again: a series that costs no room.
         auto manifest = *storage::readManifest(dataset_);
         auto& all = *manifest.mutable_particles()->mutable_steps();
-        for (std::uint32_t i = 1; i < steps; ++i) *all.Add() = all[0];
+        for (std::uint32_t i = 1; i < cachedSteps; ++i) *all.Add() = all[0];
         entry_ = {"data/tiny", dataset_, std::make_shared<const proto::Manifest>(std::move(manifest))};
     }
 
@@ -59,14 +59,14 @@ class StepCacheTest : public testing::Test {
 };
 
 TEST_F(StepCacheTest, AStepIsOpenedOnce) {
-    start(100 * mib);
+    start(100 * cacheMib);
     EXPECT_EQ(step(0), step(0));
     EXPECT_NE(step(0), step(2));
     EXPECT_EQ(cache_->openSteps(), 2U);
 }
 
 TEST_F(StepCacheTest, WhatIsWantedArrives) {
-    start(100 * mib);
+    start(100 * cacheMib);
     const auto opened = step(0);
     const storage::StepNeed need{.volume = true, .octree = true};
     EXPECT_TRUE(cache_->want(*opened, need));
@@ -75,17 +75,17 @@ TEST_F(StepCacheTest, WhatIsWantedArrives) {
 }
 
 TEST_F(StepCacheTest, WhatThereIsNoRoomForDoesNotCome) {
-    start(mib);
+    start(cacheMib);
     const auto opened = step(0);
     const storage::StepNeed need{.points = {{0, TinyDataset::points}}};
     ASSERT_TRUE(cache_->want(*opened, need));
     await([&] { return !cache_->want(*opened, need); });
     EXPECT_LT(opened->positionsReady(0, TinyDataset::points), TinyDataset::points);
-    EXPECT_LE(budget_->resident(), mib);
+    EXPECT_LE(budget_->resident(), cacheMib);
 }
 
 TEST_F(StepCacheTest, TheNextStepsOfASeriesAreLoadedAheadAsFarAsTheOthersWere) {
-    start(100 * mib);
+    start(100 * cacheMib);
     const storage::StepNeed need{.volume = true, .points = {{0, 1000}}};
     cache_->want(*step(0), need);
     const auto shown = step(1);
@@ -99,7 +99,7 @@ TEST_F(StepCacheTest, TheNextStepsOfASeriesAreLoadedAheadAsFarAsTheOthersWere) {
 }
 
 TEST_F(StepCacheTest, AStepWhoseFileWasTruncatedIsOpenedAnewAndSaysWhatIsWrong) {
-    start(100 * mib);
+    start(100 * cacheMib);
     const auto opened = step(0);
     opened->positions(0, TinyDataset::points);
     std::filesystem::resize_file(dataset_ / "step-000000.h5", 5000);
@@ -112,9 +112,9 @@ TEST_F(StepCacheTest, AStepWhoseFileWasTruncatedIsOpenedAnewAndSaysWhatIsWrong) 
 
 TEST_F(StepCacheTest, StepsThatAreOpenTakeNoMoreThanTheirShare) {
     // Octree and volume of a step are some 500 bytes: the share has room for the latest and those ahead.
-    start(2 * mib);
-    for (std::uint32_t i = 0; i < steps; i += 3) step(i);
-    EXPECT_LE(cache_->openSteps(), std::size_t{steps});
+    start(2 * cacheMib);
+    for (std::uint32_t i = 0; i < cachedSteps; i += 3) step(i);
+    EXPECT_LE(cache_->openSteps(), std::size_t{cachedSteps});
     EXPECT_EQ(step(6)->pointCount(), TinyDataset::points);
 }
 

@@ -37,7 +37,7 @@ Picture noise(std::uint32_t width, std::uint32_t height, unsigned seed) {
     return picture;
 }
 
-double psnr(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+double h264Psnr(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
     double sum = 0.0;
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += i % 4 == 3 ? 0.0 : std::pow(double{1.0} * a[i] - b[i], 2);
@@ -86,7 +86,7 @@ TEST_F(H264, EachPictureIsThereAtOnceAndClose) {
             EXPECT_EQ(decoded->width, width);
             EXPECT_EQ(decoded->height, height);
             // crf 18 quantises in steps of about 5 (1.5 each way), chroma is smooth here: 255 / 2.5 is 40 dB.
-            EXPECT_GT(psnr(decoded->bytes, picture.pixels), 38.0) << width << " x " << height;
+            EXPECT_GT(h264Psnr(decoded->bytes, picture.pixels), 38.0) << width << " x " << height;
         }
     }
 }
@@ -125,7 +125,7 @@ TEST_F(H264, AfterALossNothingIsDecodedUpToTheNextKeyFrame) {
     EXPECT_TRUE(key.key);
     const auto decoded = decode(picture, key);
     ASSERT_TRUE(decoded.ok());
-    EXPECT_GT(psnr(decoded->bytes, waves(64, 48, 3).pixels), 38.0);
+    EXPECT_GT(h264Psnr(decoded->bytes, waves(64, 48, 3).pixels), 38.0);
     EXPECT_FALSE(decoder_.wantsKey());
 }
 

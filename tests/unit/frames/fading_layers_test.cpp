@@ -69,7 +69,7 @@ std::string withOpacity(const std::string& layer, double opacity) {
     return "{'opacity': " + std::to_string(opacity) + "," + layer.substr(1);
 }
 
-const std::string ball = "{'dataset': 'ball', 'stipple': {'spacingPixels': 3}}";
+const std::string fadingBall = "{'dataset': 'fadingBall', 'stipple': {'spacingPixels': 3}}";
 const std::string solid = "{'dataset': 'solid', 'mesh': {'color': [0.8, 0.2, 0.1]}}";
 const std::string ink = "{'dataset': 'solid', 'ink': {'ink': {'strength': 0.5}}}";
 const std::string grey = "{'dataset': 'solid', 'ink': {'show': 'grey'}}";
@@ -77,7 +77,7 @@ const std::string dots = "{'dataset': 'plane', 'stipple': {'source': 'layers', '
 
 TEST_F(FadingLayers, OfNothingNothingIsRead) {
     std::string layers;
-    for (const auto& layer : {ball, solid, ink, grey}) layers += withOpacity(layer, 0.0) + ",";
+    for (const auto& layer : {fadingBall, solid, ink, grey}) layers += withOpacity(layer, 0.0) + ",";
     const auto made = make(layers + withOpacity(dots, 0.0), "");
     ASSERT_TRUE(made.ok()) << made.error().toString();
     ASSERT_TRUE(made->picture) << "it waits for nothing";
@@ -87,7 +87,7 @@ TEST_F(FadingLayers, OfNothingNothingIsRead) {
 }
 
 TEST_F(FadingLayers, WhatIsNotThereIsAnErrorAllTheSame) {
-    const auto none = make(ball + ", {'opacity': 0, 'dataset': 'none', 'mesh': {}}", "");
+    const auto none = make(fadingBall + ", {'opacity': 0, 'dataset': 'none', 'mesh': {}}", "");
     ASSERT_FALSE(none.ok());
     EXPECT_EQ(none.error().code, ErrorCode::notFound);
     EXPECT_EQ(none.error().where, "layers[1].dataset");
@@ -97,7 +97,7 @@ TEST_F(FadingLayers, WhatIsNotThereIsAnErrorAllTheSame) {
 }
 
 TEST_F(FadingLayers, BetweenThePicturesWithoutAndWithAllOfItThereIsNoJump) {
-    for (const auto& layer : {ball, solid, ink, grey}) {
+    for (const auto& layer : {fadingBall, solid, ink, grey}) {
         const std::string behind = "{'transform': [3,0,0,0, 0,3,0,0, 0,0,3,0, 0,0,0,1]," + solid.substr(1);
         for (const std::string& before : {std::string(), withOpacity(behind, 0.5) + ", "}) {
             const std::string camera = "'camera': {'eye': [0, 1, 6], 'target': [0, 0, 0]},";
@@ -121,8 +121,8 @@ TEST_F(FadingLayers, BetweenThePicturesWithoutAndWithAllOfItThereIsNoJump) {
 }
 
 TEST_F(FadingLayers, DotsOfADrawingComeAsTheDrawingGoes) {
-    const std::string after = ", " + withOpacity(ball, 0.7);
-    for (const auto& seen : {solid, ball, withOpacity(solid, 0.6) + ", " + ink}) {
+    const std::string after = ", " + withOpacity(fadingBall, 0.7);
+    for (const auto& seen : {solid, fadingBall, withOpacity(solid, 0.6) + ", " + ink}) {
         const auto without = drawn(seen + after), whole = drawn(seen + ", " + dots + after);
         EXPECT_EQ(drawn(seen + ", " + withOpacity(dots, 0.0) + after), without) << seen;
         EXPECT_EQ(drawn(seen + ", " + withOpacity(dots, 1.0) + after), whole) << seen;

@@ -17,13 +17,13 @@ namespace {
 
 using render::Picture, render::PixelFormat;
 
-constexpr std::uint32_t width = 64, height = 32;
+constexpr std::uint32_t meanWidth = 64, meanHeight = 32;
 
 /// Any finite light, most of it below 1, alpha 1.
 Picture anyPicture(test::Random& random) {
-    Picture picture{width, height, PixelFormat::linearHalf, {}, random.below(100)};
-    picture.pixels.resize(std::size_t{8} * width * height);
-    for (std::size_t i = 0; i < std::size_t{4} * width * height; ++i) {
+    Picture picture{meanWidth, meanHeight, PixelFormat::linearHalf, {}, random.below(100)};
+    picture.pixels.resize(std::size_t{8} * meanWidth * meanHeight);
+    for (std::size_t i = 0; i < std::size_t{4} * meanWidth * meanHeight; ++i) {
         const double value = random.chance(0.1) ? 0.0 : random.magnitude(-20, 1);
         const auto half = glm::packHalf1x16(i % 4 == 3 ? 1.0F : static_cast<float>(value));
         std::memcpy(picture.pixels.data() + 2 * i, &half, 2);
@@ -55,9 +55,10 @@ TEST(PictureMean, IsTheMeanInLinearLight) {
             EXPECT_EQ(mean.bytes(), 2 * pictures[0].pixels.size());
             const auto picture = mean.take(format);
             EXPECT_EQ(mean.bytes(), 0U);
-            ASSERT_EQ(picture.pixels.size(), std::size_t{render::bytesPerPixel(format)} * width * height);
+            ASSERT_EQ(picture.pixels.size(),
+                      std::size_t{render::bytesPerPixel(format)} * meanWidth * meanHeight);
             EXPECT_EQ(picture.format, format);
-            for (std::size_t i = 0; i < std::size_t{4} * width * height; ++i) {
+            for (std::size_t i = 0; i < std::size_t{4} * meanWidth * meanHeight; ++i) {
                 double expected = 0.0;
                 for (std::size_t k = 0; k < count; ++k) expected += weights[k] * valueOf(pictures[k], i);
                 // Halves have 11 bits, and the least are 2^-24 apart; each join rounds once.

@@ -61,12 +61,12 @@ TEST(HybridStyle, KnotsMayHaveColours) {
     EXPECT_EQ(style->colors, (std::vector<glm::dvec3>{{1.0, 0.0, 0.0}, {1.0, 1.0, 1.0}}));
 }
 
-struct Bad {
+struct BadHybrid {
     const char* json;
     const char* where;
 };
 
-class BadHybridStyle : public testing::TestWithParam<Bad> {};
+class BadHybridStyle : public testing::TestWithParam<BadHybrid> {};
 
 TEST_P(BadHybridStyle, IsAnErrorThatNamesItsPath) {
     const auto style = parseHybridStyle(messageOf(GetParam().json));
@@ -78,15 +78,18 @@ TEST_P(BadHybridStyle, IsAnErrorThatNamesItsPath) {
 INSTANTIATE_TEST_SUITE_P(
     All, BadHybridStyle,
     testing::Values(
-        Bad{R"({"curve": [{"value": 1, "opacity": 1, "color": [1, 1, 1]}, {"value": 2}]})", "curve[1].color"},
-        Bad{R"({"curve": [{"value": 1}, {"value": 2, "color": [1, 1, 1]}]})", "curve[1].color"},
-        Bad{R"({"curve": [{"value": 1, "color": [1, 1, 1]}], "colorMap": "viridis"})", "colorMap"},
-        Bad{R"({"colorRange": [1, 1]})", "colorRange"}, Bad{R"({"light": {"shadow": true}})", "light.shadow"},
-        Bad{R"({"clipPlanes": [{"normal": [1, 0, 0]}, {"normal": [0, 0, 0]}]})", "clipPlanes[1].normal"},
-        Bad{R"({"clipPlanes": [{"normal": [1, 0, 0]}, {"normal": [1, 0, 0]}, {"normal": [1, 0, 0]},
+        BadHybrid{R"({"curve": [{"value": 1, "opacity": 1, "color": [1, 1, 1]}, {"value": 2}]})",
+                  "curve[1].color"},
+        BadHybrid{R"({"curve": [{"value": 1}, {"value": 2, "color": [1, 1, 1]}]})", "curve[1].color"},
+        BadHybrid{R"({"curve": [{"value": 1, "color": [1, 1, 1]}], "colorMap": "viridis"})", "colorMap"},
+        BadHybrid{R"({"colorRange": [1, 1]})", "colorRange"},
+        BadHybrid{R"({"light": {"shadow": true}})", "light.shadow"},
+        BadHybrid{R"({"clipPlanes": [{"normal": [1, 0, 0]}, {"normal": [0, 0, 0]}]})",
+                  "clipPlanes[1].normal"},
+        BadHybrid{R"({"clipPlanes": [{"normal": [1, 0, 0]}, {"normal": [1, 0, 0]}, {"normal": [1, 0, 0]},
                 {"normal": [1, 0, 0]}, {"normal": [1, 0, 0]}, {"normal": [1, 0, 0]}, {"normal": [1, 0, 0]}]})",
-            "clipPlanes"},
-        Bad{R"({"clipBox": {"min": [0, 1, 0], "max": [1, 1, 1]}})", "clipBox.max[1]"}));
+                  "clipPlanes"},
+        BadHybrid{R"({"clipBox": {"min": [0, 1, 0], "max": [1, 1, 1]}})", "clipBox.max[1]"}));
 
 TEST(HybridStyle, IsALayerOfAView) {
     proto::View message;
