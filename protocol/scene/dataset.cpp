@@ -49,7 +49,7 @@ constexpr std::array stippleLayers{proto::Layer::kStipple};
 constexpr std::array meshLayers{proto::Layer::kMesh, proto::Layer::kInk};
 constexpr std::span<const proto::Layer::KindCase> noLayers;
 
-constexpr std::array kinds{
+constexpr std::array datasetKinds{
     Kind{"particles", particleLayers, particleSteps, plotBox},
     Kind{"hybrid", hybridLayers, hybridSteps, hybridBox},
     Kind{"stipple", stippleLayers, noSteps, meshBox},
@@ -59,8 +59,8 @@ constexpr std::array kinds{
 
 /// One that is not in the table is drawn by no layer.
 Kind findKind(std::string_view name) {
-    const auto* const found = std::ranges::find(kinds, name, &Kind::name);
-    return found != kinds.end() ? *found : Kind{name, noLayers, noSteps, plotBox};
+    const auto* const found = std::ranges::find(datasetKinds, name, &Kind::name);
+    return found != datasetKinds.end() ? *found : Kind{name, noLayers, noSteps, plotBox};
 }
 
 }  // namespace

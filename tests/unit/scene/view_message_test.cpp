@@ -2,10 +2,12 @@
 #include "protocol/scene/view_message.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
 
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/lengths_in_pixels.h"
 #include "tests/support/view_text.h"
@@ -75,6 +77,55 @@ TEST(ViewMessage, GivesTheViewAgain) {
         const auto message = anyView(21, i);
         const View view = parseView(message).value();
         ASSERT_EQ(again(view), view) << toJson(message) << toJson(toProto(view));
+    }
+}
+
+/// The style of a layer with every default that the schema says.
+template <class Style>
+Style filledIn(Style style) {
+    fillIn(style);
+    return style;
+}
+
+const google::protobuf::Message& styleOf(const proto::Layer& layer) {
+    const auto& reflection = *layer.GetReflection();
+    const auto* const kind = proto::Layer::descriptor()->FindOneofByName("kind");
+    return reflection.GetMessage(layer, reflection.GetOneofFieldDescriptor(layer, kind));
+}
+
+/// Nothing is lost on the way through values: whatever a view says, or the schema where it does not, is in
+/// the message of the parsed view.
+TEST(ViewMessage, SaysAllThatTheSchemaFillsIn) {
+    google::protobuf::util::MessageDifferencer difference;
+    difference.set_float_comparison(google::protobuf::util::MessageDifferencer::APPROXIMATE);
+    difference.set_scope(google::protobuf::util::MessageDifferencer::PARTIAL);
+    // Points that give way to the volume are linked, whoever says it; nothing is quite opaque.
+    difference.IgnoreField(proto::PointsStyle::descriptor()->FindFieldByName("linked"));
+    difference.IgnoreField(proto::PointsStyle::descriptor()->FindFieldByName("curve"));
+    difference.IgnoreField(proto::PointsStyle::descriptor()->FindFieldByName("opacity"));
+    // As it is said, until the colour of the paper is known.
+    difference.IgnoreField(proto::StippleStyle::descriptor()->FindFieldByName("invert"));
+    std::string report;
+    difference.ReportDifferencesToString(&report);
+    for (std::uint64_t i = 0; i < 3000; ++i) {
+        const auto said = anyView(24, i);
+        const auto written = toProto(parseView(said).value());
+        for (int k = 0; k < said.layers_size(); ++k) {
+            auto wanted = said.layers(k);
+            if (wanted.has_particles()) *wanted.mutable_particles() = filledIn(wanted.particles());
+            if (wanted.has_mesh()) *wanted.mutable_mesh() = filledIn(wanted.mesh());
+            if (wanted.has_stipple()) *wanted.mutable_stipple() = filledIn(wanted.stipple());
+            if (wanted.has_ink()) *wanted.mutable_ink() = resolvedInk(wanted.ink()).value();
+            // Volumes have a light of their own, and planes normals of length 1.
+            if (wanted.hybrid().has_light())
+                *wanted.mutable_hybrid()->mutable_light() = written.layers(k).hybrid().light();
+            if (wanted.has_hybrid()) wanted.mutable_hybrid()->clear_clip_planes();
+            // A brush without strength is none.
+            if (wanted.has_ink() && wanted.ink().ink().strength() == 0.0) wanted.mutable_ink()->clear_ink();
+            report.clear();
+            ASSERT_TRUE(difference.Compare(styleOf(wanted), styleOf(written.layers(k))))
+                << "view " << i << ": " << report;
+        }
     }
 }
 
