@@ -85,6 +85,15 @@ def slices(places):
     return packed.getvalue()
 
 
+def siemens():
+    """What Siemens' scanners say of a mosaic of three slices."""
+    made = b"SV10\4\3\2\1" + struct.pack("<II", 2, 77)
+    for name, texts in (("NumberOfImagesInMosaic", ["3"]), ("SliceNormalVector", ["0.0", "0.6", "0.8"])):
+        made += struct.pack("<64si4siii", name.encode(), len(texts), b"FD", 4, len(texts), 77)
+        made += b"".join(struct.pack("<4i4s", 4, 4, 77, 4, text.encode()) for text in texts)
+    return made
+
+
 def dicoms():
     body = head() + size()
     yield "ok-dicom-frames", meta(EXPLICIT) + body + pixels()
@@ -96,11 +105,14 @@ def dicoms():
     yield "ok-dicom-rle", meta(RLE) + body + fragments([rle(PIXELS[:12]), rle(PIXELS[12:])])
     yield "ok-dicom-bare", body + pixels()
     yield "ok-dicom-zip", slices([0, 4, 2])
+    yield "ok-dicom-bit", meta(EXPLICIT) + head() + size(bits=1) + pixels(PIXELS[:4])
+    mosaic = head(1, kind="ORIGINAL\\MOSAIC") + size(rows=4, columns=6)
+    yield "ok-dicom-mosaic", meta(EXPLICIT) + mosaic + element(0x00291010, "OB", siemens()) + pixels()
     private = sequence(0x00290010, [sequence(0x00290011, [group(9)], True)], True)
     yield "ok-dicom-private", meta(EXPLICIT) + head() + size() + private + pixels()
     bad = {
         "single": head(1) + size() + pixels(), "frames": head(3, places=False) + size() + groups() + pixels(), "many": head(10 ** 9) + size() + pixels(), "pixels": body, "short": head(3) + size() + pixels(),
-        "bits": head() + size(bits=12) + pixels(), "bit": head() + size(bits=1) + pixels(), "stored": head() + size(stored=9) + pixels(), "mosaic": head(kind="ORIGINAL\\MOSAIC") + size() + pixels(),
+        "bits": head() + size(bits=12) + pixels(), "bit": head() + size(bits=1, stored=2) + pixels(), "stored": head() + size(stored=9) + pixels(), "mosaic": head(kind="ORIGINAL\\MOSAIC") + size() + pixels(),
         "item": head() + element(0x52009229, "SQ", b"\1\0\0\0\0\0\0\0") + size() + pixels(), "length": head() + struct.pack("<HH2sHI", 9, 1, b"UN", 0, 1 << 30) + size() + pixels(), "spacing": head() + size(spacing="0\\1") + pixels(),
         "deep": head() + b"".join(struct.pack("<HH2sHIHHI", 9, 1, b"SQ", 0, 0xffffffff, 0xfffe, 0xe000, 0xffffffff) for _ in range(80)) + pixels(), "plane": head(places=False) + element(0x00200032, "DS", "0\\0\\0") + element(0x00200037, "DS", "1\\0\\0\\1\\0\\0") + size() + pixels(),
     }

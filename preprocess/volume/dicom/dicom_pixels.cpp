@@ -54,8 +54,7 @@ Status checkBits(const DicomHeader& header, const std::string& where) {
             "has one bit for each pixel, compressed or in words of the other byte order, which is not read: "
             "gdcmconv --raw makes others");
     }
-    if (bits == 1 && header.samples == 1 && header.stored == 1 && header.highBit == 0) return success();
-    if (bits != 8 && bits != 16 && bits != 32) {
+    if (bits != 1 && bits != 8 && bits != 16 && bits != 32) {
         return unsupported(where, fmt::format("has {} bits for each pixel; 1, 8, 16 and 32 are read", bits));
     }
     if (header.bigEndian && bits == 8) {
