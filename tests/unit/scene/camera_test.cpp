@@ -122,61 +122,30 @@ TEST_P(BadCamera, IsAnErrorThatNamesItsField) {
     EXPECT_FALSE(result.error().message.empty());
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 void setVector(google::protobuf::RepeatedField<double>* field, const std::vector<double>& values) {
     field->Assign(values.begin(), values.end());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, BadCamera,
-    testing::Values(
-        Bad{"noEye", [](auto& m) { m.clear_eye(); }, "eye"},
-        Bad{"twoNumbers",
-            [](auto& m) {
-                setVector(m.mutable_eye(), {1, 2});
-            },
-            "eye"},
-        Bad{"fourNumbers", [](auto& m) { m.add_target(4); }, "target"},
-        Bad{"eyeNan", [](auto& m) { m.set_eye(2, nan); }, "eye[2]"},
-        Bad{"eyeInfinite", [](auto& m) { m.set_eye(0, -infinity); }, "eye[0]"},
-        Bad{"eyeTooFar", [](auto& m) { m.set_eye(1, 1e13); }, "eye[1]"},
-        Bad{"targetNan", [](auto& m) { m.set_target(1, nan); }, "target[1]"},
-        Bad{"targetIsEye", [](auto& m) { *m.mutable_target() = m.eye(); }, "target"},
-        Bad{"targetAtEyeButRounding",
-            [](auto& m) {
-                *m.mutable_target() = m.eye();
-                m.set_target(0, m.eye(0) + 1e-12);
-            },
-            "target"},
-        Bad{"upNan",
-            [](auto& m) {
-                setVector(m.mutable_up(), {0, nan, 0});
-            },
-            "up[1]"},
-        Bad{"upZero",
-            [](auto& m) {
-                setVector(m.mutable_up(), {0, 0, 0});
-            },
-            "up"},
-        Bad{"upShort",
-            [](auto& m) {
-                setVector(m.mutable_up(), {0, 1});
-            },
-            "up"},
-        Bad{"upAlongSight",
-            [](auto& m) {
-                setVector(m.mutable_up(), {-2, -4, -8});
-            },
-            "up"},
-        Bad{"angleZero", [](auto& m) { m.set_fov_y_degrees(0); }, "fovYDegrees"},
-        Bad{"angleTooWide", [](auto& m) { m.set_fov_y_degrees(179.5); }, "fovYDegrees"},
-        Bad{"angleNan", [](auto& m) { m.set_fov_y_degrees(nan); }, "fovYDegrees"},
-        Bad{"heightZero", [](auto& m) { m.set_orthographic_height(0); }, "orthographicHeight"},
-        Bad{"heightNegative", [](auto& m) { m.set_orthographic_height(-1); }, "orthographicHeight"},
-        Bad{"heightInfinite", [](auto& m) { m.set_orthographic_height(infinity); }, "orthographicHeight"}),
-    [](const auto& bad) { return bad.param.what; });
+INSTANTIATE_TEST_SUITE_P(All, BadCamera,
+                         testing::Values(Bad{"targetIsEye", [](auto& m) { *m.mutable_target() = m.eye(); },
+                                             "target"},
+                                         Bad{"targetAtEyeButRounding",
+                                             [](auto& m) {
+                                                 *m.mutable_target() = m.eye();
+                                                 m.set_target(0, m.eye(0) + 1e-12);
+                                             },
+                                             "target"},
+                                         Bad{"upZero",
+                                             [](auto& m) {
+                                                 setVector(m.mutable_up(), {0, 0, 0});
+                                             },
+                                             "up"},
+                                         Bad{"upAlongSight",
+                                             [](auto& m) {
+                                                 setVector(m.mutable_up(), {-2, -4, -8});
+                                             },
+                                             "up"}),
+                         [](const auto& bad) { return bad.param.what; });
 
 TEST(Camera, AShortUpIsADirectionTheSame) {
     auto message = plain();

@@ -52,13 +52,13 @@ TEST(Curve, StaysWithinItsKnots) {
     }
 }
 
-struct BadCurve {
+struct BadKnots {
     const char* what;
     std::vector<Curve::Knot> knots;
     const char* where;
 };
 
-class BadCurve : public testing::TestWithParam<BadCurve> {};
+class BadCurve : public testing::TestWithParam<BadKnots> {};
 
 TEST_P(BadCurve, IsAnErrorThatNamesItsKnot) {
     const auto result = Curve::create(GetParam().knots);
@@ -72,12 +72,12 @@ constexpr double notANumber = std::numeric_limits<double>::quiet_NaN();
 INSTANTIATE_TEST_SUITE_P(
     All, BadCurve,
     testing::Values(
-        BadCurve{"none", {}, ""}, BadCurve{"tooMany", std::vector<Curve::Knot>(257, {0.5, 0.5}), ""},
-        BadCurve{"descending", {{0.2, 0}, {0.6, 0}, {0.5, 0}}, "[2]"},
-        BadCurve{"xNegative", {{-0.1, 0}}, "[0]"}, BadCurve{"xTooLarge", {{0.5, 0}, {1.5, 0}}, "[1]"},
-        BadCurve{"yNegative", {{0.5, -0.01}}, "[0]"}, BadCurve{"yTooLarge", {{0.5, 1.01}}, "[0]"},
-        BadCurve{"xNan", {{0.0, 0}, {notANumber, 0}}, "[1]"}, BadCurve{"yNan", {{0.0, notANumber}}, "[0]"},
-        BadCurve{"yInfinite", {{0.0, std::numeric_limits<double>::infinity()}}, "[0]"}),
+        BadKnots{"none", {}, ""}, BadKnots{"tooMany", std::vector<Curve::Knot>(257, {0.5, 0.5}), ""},
+        BadKnots{"descending", {{0.2, 0}, {0.6, 0}, {0.5, 0}}, "[2]"},
+        BadKnots{"xNegative", {{-0.1, 0}}, "[0]"}, BadKnots{"xTooLarge", {{0.5, 0}, {1.5, 0}}, "[1]"},
+        BadKnots{"yNegative", {{0.5, -0.01}}, "[0]"}, BadKnots{"yTooLarge", {{0.5, 1.01}}, "[0]"},
+        BadKnots{"xNan", {{0.0, 0}, {notANumber, 0}}, "[1]"}, BadKnots{"yNan", {{0.0, notANumber}}, "[0]"},
+        BadKnots{"yInfinite", {{0.0, std::numeric_limits<double>::infinity()}}, "[0]"}),
     [](const auto& bad) { return bad.param.what; });
 
 TEST(Curve, AsManyKnotsAsAllowedAreAllowed) {

@@ -93,13 +93,13 @@ TEST(View, TheLargestSizesAreAllowed) {
     EXPECT_TRUE(parseView(message).ok());
 }
 
-struct BadView {
+struct ViewFault {
     const char* what;
     std::function<void(proto::View&)> spoil;
     const char* where;
 };
 
-class BadView : public testing::TestWithParam<BadView> {};
+class BadView : public testing::TestWithParam<ViewFault> {};
 
 TEST_P(BadView, IsAnErrorThatNamesItsField) {
     auto message = plain();
@@ -119,50 +119,42 @@ proto::ParticlesStyle& style(proto::View& m) {
 INSTANTIATE_TEST_SUITE_P(
     All, BadView,
     testing::Values(
-        BadView{"noWidth", [](auto& m) { m.clear_width(); }, "width"},
-        BadView{"noHeight", [](auto& m) { m.clear_height(); }, "height"},
-        BadView{"tooWide", [](auto& m) { m.set_width(View::maxSide + 1); }, "width"},
-        BadView{"tooHigh", [](auto& m) { m.set_height(4294967295U); }, "height"},
-        BadView{"tooManyPixels",
-                [](auto& m) {
-                    m.set_width(16384);
-                    m.set_height(16384);
-                },
-                "width"},
-        BadView{"backgroundShort", [](auto& m) { m.mutable_background()->Truncate(2); }, "background"},
-        BadView{"backgroundTooLarge", [](auto& m) { m.set_background(1, 1.5); }, "background[1]"},
-        BadView{"backgroundNegative", [](auto& m) { m.set_background(2, -0.5); }, "background[2]"},
-        BadView{"backgroundNan", [](auto& m) { m.set_background(0, notANumber); }, "background[0]"},
-        BadView{"camera", [](auto& m) { m.mutable_camera()->set_fov_y_degrees(0); }, "camera.fovYDegrees"},
-        BadView{"emptyCamera", [](auto& m) { m.mutable_camera()->Clear(); }, "camera.eye"},
-        BadView{"cameraEye", [](auto& m) { m.mutable_camera()->set_eye(1, notANumber); }, "camera.eye[1]"},
-        BadView{"tooManyLayers",
-                [](auto& m) {
-                    while (m.layers_size() < 9) *m.add_layers() = m.layers(0);
-                },
-                "layers"},
-        BadView{"noDataset", [](auto& m) { m.mutable_layers(1)->clear_dataset(); }, "layers[1].dataset"},
-        BadView{"noKind", [](auto& m) { m.mutable_layers(1)->clear_particles(); }, "layers[1]"},
-        BadView{"transformShort", [](auto& m) { m.mutable_layers(1)->mutable_transform()->Truncate(12); },
-                "layers[1].transform"},
-        BadView{"transformNan", [](auto& m) { m.mutable_layers(1)->set_transform(3, notANumber); },
-                "layers[1].transform[3]"},
-        BadView{"transformTooLarge", [](auto& m) { m.mutable_layers(1)->set_transform(7, 1e10); },
-                "layers[1].transform[7]"},
-        BadView{"transformProjective", [](auto& m) { m.mutable_layers(1)->set_transform(14, 0.1); },
-                "layers[1].transform"},
-        BadView{"transformLastOne", [](auto& m) { m.mutable_layers(1)->set_transform(15, 2); },
-                "layers[1].transform"},
-        BadView{"transformSingular", [](auto& m) { m.mutable_layers(1)->set_transform(5, 0); },
-                "layers[1].transform"},
-        BadView{"curve", [](auto& m) { style(m).mutable_volume()->add_curve()->set_opacity(2); },
-                "layers[1].particles.volume.curve[0]"},
-        BadView{"colorMap", [](auto& m) { style(m).mutable_volume()->set_color_map("x"); },
-                "layers[1].particles.volume.colorMap"},
-        BadView{"size", [](auto& m) { style(m).mutable_points()->set_size_pixels(1000); },
-                "layers[1].particles.points.sizePixels"},
-        BadView{"pointCurve", [](auto& m) { style(m).mutable_points()->add_curve(); },
-                "layers[1].particles.points.curve"}),
+        ViewFault{"noWidth", [](auto& m) { m.clear_width(); }, "width"},
+        ViewFault{"noHeight", [](auto& m) { m.clear_height(); }, "height"},
+        ViewFault{"tooWide", [](auto& m) { m.set_width(View::maxSide + 1); }, "width"},
+        ViewFault{"tooHigh", [](auto& m) { m.set_height(4294967295U); }, "height"},
+        ViewFault{"tooManyPixels",
+                  [](auto& m) {
+                      m.set_width(16384);
+                      m.set_height(16384);
+                  },
+                  "width"},
+        ViewFault{"backgroundTooLarge", [](auto& m) { m.set_background(1, 1.5); }, "background[1]"},
+        ViewFault{"camera", [](auto& m) { m.mutable_camera()->set_fov_y_degrees(0); }, "camera.fovYDegrees"},
+        ViewFault{"emptyCamera", [](auto& m) { m.mutable_camera()->Clear(); }, "camera.eye"},
+        ViewFault{"tooManyLayers",
+                  [](auto& m) {
+                      while (m.layers_size() < 9) *m.add_layers() = m.layers(0);
+                  },
+                  "layers"},
+        ViewFault{"noDataset", [](auto& m) { m.mutable_layers(1)->clear_dataset(); }, "layers[1].dataset"},
+        ViewFault{"noKind", [](auto& m) { m.mutable_layers(1)->clear_particles(); }, "layers[1]"},
+        ViewFault{"transformShort", [](auto& m) { m.mutable_layers(1)->mutable_transform()->Truncate(12); },
+                  "layers[1].transform"},
+        ViewFault{"transformNan", [](auto& m) { m.mutable_layers(1)->set_transform(3, notANumber); },
+                  "layers[1].transform[3]"},
+        ViewFault{"transformTooLarge", [](auto& m) { m.mutable_layers(1)->set_transform(7, 1e10); },
+                  "layers[1].transform[7]"},
+        ViewFault{"transformProjective", [](auto& m) { m.mutable_layers(1)->set_transform(14, 0.1); },
+                  "layers[1].transform"},
+        ViewFault{"transformLastOne", [](auto& m) { m.mutable_layers(1)->set_transform(15, 2); },
+                  "layers[1].transform"},
+        ViewFault{"transformSingular", [](auto& m) { m.mutable_layers(1)->set_transform(5, 0); },
+                  "layers[1].transform"},
+        ViewFault{"curve", [](auto& m) { style(m).mutable_volume()->add_curve()->set_opacity(2); },
+                  "layers[1].particles.volume.curve[0]"},
+        ViewFault{"pointCurve", [](auto& m) { style(m).mutable_points()->add_curve(); },
+                  "layers[1].particles.points.curve"}),
     [](const auto& bad) { return bad.param.what; });
 
 }  // namespace
