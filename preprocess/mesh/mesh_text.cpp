@@ -66,6 +66,16 @@ std::optional<std::int64_t> MeshText::integer(std::string_view word) {
     return value;
 }
 
+Result<glm::dvec3> MeshText::place() {
+    glm::dvec3 place;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto value = number(word());
+        if (!value) return error("a vertex needs three numbers");
+        place[axis] = *value;
+    }
+    return place;
+}
+
 Error MeshText::error(std::string message) const {
     return {ErrorCode::corrupt, fmt::format("{}: line {}", name_, number_), std::move(message)};
 }

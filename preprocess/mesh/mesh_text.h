@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,6 +34,9 @@ class MeshText {
     /// The word as a number, nothing where it is none.
     static std::optional<double> number(std::string_view word);
     static std::optional<std::int64_t> integer(std::string_view word);
+
+    /// Three words as a place. Errors: corrupt.
+    Result<glm::dvec3> place();
 
     std::uint64_t line() const { return number_; }  ///< of the line that nextLine went to, from 1
     std::size_t offset() const { return at_; }      ///< bytes, of what follows that line

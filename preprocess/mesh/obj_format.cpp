@@ -81,12 +81,7 @@ class ObjParser {
 
   private:
     Status addVertex() {
-        glm::dvec3 position;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto value = MeshText::number(text_.word());
-            if (!value) return text_.error("a vertex needs three numbers");
-            position[axis] = *value;
-        }
+        MOTE_ASSIGN_OR_RETURN(const auto position, text_.place());
         mesh_.positions.push_back(position);
         return success();
     }

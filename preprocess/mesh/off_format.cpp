@@ -60,12 +60,7 @@ class OffParser {
         mesh_.positions.reserve(vertices_);
         for (std::uint64_t i = 0; i < vertices_; ++i) {
             if (!text_.nextLine()) return text_.error(fmt::format("ends after {} vertices", i));
-            glm::dvec3 position;
-            for (int axis = 0; axis < 3; ++axis) {
-                const auto value = MeshText::number(text_.word());
-                if (!value) return text_.error("a vertex needs three numbers");
-                position[axis] = *value;
-            }
+            MOTE_ASSIGN_OR_RETURN(const auto position, text_.place());
             mesh_.positions.push_back(position);
         }
         return success();

@@ -47,7 +47,7 @@ class PlyParser {
                 const auto meaning = meaningOf(element, property);
                 if (meaning == Meaning::x || meaning == Meaning::y || meaning == Meaning::z) ++axes;
                 const bool indices = meaning == Meaning::polygon || meaning == Meaning::strips;
-                if (indices && property.type >= PlyType::float32) {
+                if (indices && isFraction(property.type)) {
                     return corrupt(name_, "its faces name vertices by fractions");
                 }
                 indexed = indexed || indices;

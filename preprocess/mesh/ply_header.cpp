@@ -15,26 +15,26 @@ constexpr std::size_t mostProperties = 256;
 
 struct TypeName {
     std::string_view name;
-    PlyType type;
+    StoredNumber type;
 };
-constexpr std::array<TypeName, 16> typeNames{{{"char", PlyType::int8},
-                                              {"int8", PlyType::int8},
-                                              {"uchar", PlyType::uint8},
-                                              {"uint8", PlyType::uint8},
-                                              {"short", PlyType::int16},
-                                              {"int16", PlyType::int16},
-                                              {"ushort", PlyType::uint16},
-                                              {"uint16", PlyType::uint16},
-                                              {"int", PlyType::int32},
-                                              {"int32", PlyType::int32},
-                                              {"uint", PlyType::uint32},
-                                              {"uint32", PlyType::uint32},
-                                              {"float", PlyType::float32},
-                                              {"float32", PlyType::float32},
-                                              {"double", PlyType::float64},
-                                              {"float64", PlyType::float64}}};
+constexpr std::array<TypeName, 16> typeNames{{{"char", StoredNumber::int8},
+                                              {"int8", StoredNumber::int8},
+                                              {"uchar", StoredNumber::uint8},
+                                              {"uint8", StoredNumber::uint8},
+                                              {"short", StoredNumber::int16},
+                                              {"int16", StoredNumber::int16},
+                                              {"ushort", StoredNumber::uint16},
+                                              {"uint16", StoredNumber::uint16},
+                                              {"int", StoredNumber::int32},
+                                              {"int32", StoredNumber::int32},
+                                              {"uint", StoredNumber::uint32},
+                                              {"uint32", StoredNumber::uint32},
+                                              {"float", StoredNumber::float32},
+                                              {"float32", StoredNumber::float32},
+                                              {"double", StoredNumber::float64},
+                                              {"float64", StoredNumber::float64}}};
 
-std::optional<PlyType> typeOf(std::string_view word) {
+std::optional<StoredNumber> typeOf(std::string_view word) {
     for (const auto& [name, type] : typeNames) {
         if (name == word) return type;
     }
@@ -103,7 +103,7 @@ class HeaderReader {
         auto word = text_.word();
         if (word == "list") {
             property.countType = typeOf(text_.word());
-            if (!property.countType || *property.countType >= PlyType::float32) {
+            if (!property.countType || isFraction(*property.countType)) {
                 return text_.error("the length of a list must be a whole number");
             }
             word = text_.word();

@@ -10,22 +10,17 @@
 #include <string_view>
 #include <vector>
 
+#include "preprocess/readers/text/stored_number.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
-enum class PlyType { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 enum class PlyEncoding { ascii, littleEndian, bigEndian };
-
-constexpr std::size_t bytesOf(PlyType type) {
-    constexpr std::size_t bytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
-    return bytes[static_cast<std::size_t>(type)];
-}
 
 struct PlyProperty {
     std::string name;
-    PlyType type = PlyType::float32;   ///< of the value, or of each in the list
-    std::optional<PlyType> countType;  ///< of a list; an integer
+    StoredNumber type = StoredNumber::float32;  ///< of the value, or of each in the list
+    std::optional<StoredNumber> countType;      ///< of a list; an integer
 };
 
 struct PlyElement {

@@ -3,48 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstring>
-
 namespace mote::prep {
-namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
-template <class T>
-double valueOf(const std::array<char, 8>& bytes) {
-    T value;
-    std::memcpy(&value, bytes.data(), sizeof value);
-    return static_cast<double>(value);
-}
-
-double valueOf(const std::array<char, 8>& bytes, PlyType type) {
-    switch (type) {
-        case PlyType::int8:
-            return valueOf<std::int8_t>(bytes);
-        case PlyType::uint8:
-            return valueOf<std::uint8_t>(bytes);
-        case PlyType::int16:
-            return valueOf<std::int16_t>(bytes);
-        case PlyType::uint16:
-            return valueOf<std::uint16_t>(bytes);
-        case PlyType::int32:
-            return valueOf<std::int32_t>(bytes);
-        case PlyType::uint32:
-            return valueOf<std::uint32_t>(bytes);
-        case PlyType::float32:
-            return valueOf<float>(bytes);
-        case PlyType::float64:
-            return valueOf<double>(bytes);
-    }
-    return 0.0;
-}
-
-}  // namespace
-
-bool PlyValues::mayHold(std::uint64_t count, PlyType type) const {
+bool PlyValues::mayHold(std::uint64_t count, StoredNumber type) const {
     const bool text = encoding_ == PlyEncoding::ascii;
     const std::size_t left =
         text ? bytes_.size() - text_.offset() + text_.restOfLine().size() : bytes_.size() - at_;
@@ -64,14 +25,11 @@ Result<double> PlyValues::nextText() {
     return *value;
 }
 
-Result<double> PlyValues::nextBinary(PlyType type) {
+Result<double> PlyValues::nextBinary(StoredNumber type) {
     const auto size = bytesOf(type);
     if (bytes_.size() - at_ < size) return error("ends before the values that its header says");
-    std::array<char, 8> value{};
-    std::memcpy(value.data(), bytes_.data() + at_, size);
-    if (encoding_ == PlyEncoding::bigEndian) std::reverse(value.begin(), value.begin() + size);
     at_ += size;
-    return valueOf(value, type);
+    return loadStored<double>(bytes_.data() + at_ - size, type, encoding_ == PlyEncoding::bigEndian);
 }
 
 }  // namespace mote::prep

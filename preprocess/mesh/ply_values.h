@@ -22,17 +22,17 @@ class PlyValues {
     }
 
     /// Exact for every type that there is. Errors: corrupt (the end of the file, no number).
-    Result<double> next(PlyType type) {
+    Result<double> next(StoredNumber type) {
         return encoding_ == PlyEncoding::ascii ? nextText() : nextBinary(type);
     }
     /// Whether `count` more values of a type may still come.
-    bool mayHold(std::uint64_t count, PlyType type) const;
+    bool mayHold(std::uint64_t count, StoredNumber type) const;
     /// corrupt, at the line or byte that was reached.
     Error error(std::string message) const;
 
   private:
     Result<double> nextText();
-    Result<double> nextBinary(PlyType type);
+    Result<double> nextBinary(StoredNumber type);
 
     std::string_view bytes_;
     PlyEncoding encoding_;

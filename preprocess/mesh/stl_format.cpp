@@ -66,12 +66,7 @@ Result<ExactMesh> parseAscii(std::string_view text, const std::string& name) {
             return words.error("a facet ends that has not three vertices");
         }
         if (key != "vertex") continue;
-        glm::dvec3 position;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto value = MeshText::number(words.word());
-            if (!value) return words.error("a vertex needs three numbers");
-            position[axis] = *value;
-        }
+        MOTE_ASSIGN_OR_RETURN(const auto position, words.place());
         addCorner(mesh, position);
     }
     if (mesh.positions.size() % 3 != 0) return words.error("ends within a facet");

@@ -19,7 +19,7 @@ namespace {
 constexpr int mostPixels = 4096, mostChannels = 5, mostPages = 8;
 
 /// Its writers end the process where they are asked for others.
-OIIO::TypeDesc typeOf(std::string_view name) {
+OIIO::TypeDesc pictureTypeOf(std::string_view name) {
     constexpr std::array<const char*, 9> known{"uint8", "int8", "uint16", "int16", "uint32",
                                                "int32", "half", "float",  "double"};
     const auto* const found = std::find(known.begin(), known.end(), name);
@@ -38,7 +38,7 @@ Picture pictureOf(Words words) {
     const int width = std::clamp(words.number(3), 1, mostPixels);
     const int height = std::clamp(words.number(2), 1, mostPixels / width);
     const int channels = std::clamp(words.number(1), 1, mostChannels);
-    Picture picture{{width, height, channels, typeOf(words.next())}, 1, 0};
+    Picture picture{{width, height, channels, pictureTypeOf(words.next())}, 1, 0};
     while (!words.atEnd()) {
         Words option(words.next(), '=');
         const std::string name = option.next();

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "preprocess/readers/gpt/gdf_file.h"
-#include "preprocess/readers/text/number.h"
+#include "preprocess/readers/text/stored_number.h"
 
 namespace mote::prep {
 namespace {
@@ -18,22 +18,16 @@ constexpr std::size_t maxDepth = 64;
 
 constexpr std::uint32_t typeMask = 0xff, opens = 0x100, closes = 0x200, single = 0x400, array = 0x800;
 
-/// A type of numbers: its code, its bytes, and how one is read.
+/// A type's code in the file.
 struct GdfNumber {
-    std::uint32_t type;
-    std::size_t width;
-    double (*at)(const char* bytes);
+    std::uint32_t code;
+    StoredNumber type;
 };
-template <class Number>
-constexpr GdfNumber gdfNumber(std::uint32_t type) {
-    return {type, sizeof(Number),
-            [](const char* bytes) { return static_cast<double>(loadNumber<Number>(bytes, false)); }};
-}
-constexpr GdfNumber gdfNumbers[] = {gdfNumber<std::uint8_t>(0x20),  gdfNumber<std::int8_t>(0x30),
-                                    gdfNumber<std::uint16_t>(0x40), gdfNumber<std::int16_t>(0x50),
-                                    gdfNumber<std::int32_t>(0x02),  gdfNumber<std::uint32_t>(0x60),
-                                    gdfNumber<std::uint64_t>(0x70), gdfNumber<std::int64_t>(0x80),
-                                    gdfNumber<float>(0x90),         gdfNumber<double>(0x03)};
+constexpr GdfNumber gdfNumbers[] = {{0x20, StoredNumber::uint8},   {0x30, StoredNumber::int8},
+                                    {0x40, StoredNumber::uint16},  {0x50, StoredNumber::int16},
+                                    {0x02, StoredNumber::int32},   {0x60, StoredNumber::uint32},
+                                    {0x70, StoredNumber::uint64},  {0x80, StoredNumber::int64},
+                                    {0x90, StoredNumber::float32}, {0x03, StoredNumber::float64}};
 
 class GdfParser {
   public:
@@ -78,20 +72,23 @@ class GdfParser {
             if (groups_.size() > maxDepth) return corrupt(data, "has groups deeper than 64");
             groups_.push_back({});
         }
-        const auto* const number =
+        const auto* const known =
             std::find_if(std::begin(gdfNumbers), std::end(gdfNumbers),
-                         [&](const GdfNumber& known) { return known.type == (type & typeMask); });
-        if (number == std::end(gdfNumbers)) return success();  // text and the like
-        if ((type & single) != 0 && size >= number->width) {
-            if (name == "time") groups_.back().time = number->at(bytes_.data() + data);
+                         [&](const GdfNumber& number) { return number.code == (type & typeMask); });
+        if (known == std::end(gdfNumbers)) return success();  // text and the like
+        const std::size_t width = bytesOf(known->type);
+        const auto number = [&](std::size_t i) {
+            return loadStored<double>(bytes_.data() + data + i * width, known->type, false);
+        };
+        if ((type & single) != 0 && size >= width) {
+            if (name == "time") groups_.back().time = number(0);
             return success();
         }
         if ((type & array) == 0) return success();
-        if (size % number->width != 0) return corrupt(data, "has an array that ends within a number");
-        MOTE_RETURN_IF_ERROR(held_.add(size / number->width, name_));
-        std::vector<double> values(size / number->width);
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = number->at(bytes_.data() + data + i * number->width);
+        if (size % width != 0) return corrupt(data, "has an array that ends within a number");
+        MOTE_RETURN_IF_ERROR(held_.add(size / width, name_));
+        std::vector<double> values(size / width);
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(i);
         groups_.back().names.push_back(name);
         groups_.back().values.push_back(std::move(values));
         return success();

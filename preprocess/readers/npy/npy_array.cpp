@@ -6,9 +6,8 @@
 #include <optional>
 #include <string_view>
 
-#include "preprocess/readers/half_float.h"
 #include "preprocess/readers/npy/zip_directory.h"
-#include "preprocess/readers/text/number.h"
+#include "preprocess/readers/text/stored_number.h"
 
 namespace mote::prep {
 namespace {
@@ -20,34 +19,14 @@ constexpr std::uint64_t maxTail = 1u << 16;
 constexpr std::size_t firstBytes = 512;
 constexpr std::string_view arrayEnding = ".npy";
 
-template <class Value>
-Value convert(const char* from, const NpyField& type) {
-    const bool big = type.bigEndian;
-    if (type.kind == 'f') {
-        const double value = type.bytes == 2   ? static_cast<double>(loadNumber<HalfFloat>(from, big))
-                             : type.bytes == 4 ? static_cast<double>(loadNumber<float>(from, big))
-                                               : loadNumber<double>(from, big);
-        if constexpr (std::is_same_v<Value, std::uint64_t>) {
-            return value >= 0.0 && value < 18446744073709551616.0 ? static_cast<std::uint64_t>(value) : 0;
-        } else {
-            return value;
-        }
-    }
-    const bool wide = type.kind == 'i';
-    switch (type.bytes) {
-        case 1:
-            return wide ? static_cast<Value>(loadNumber<std::int8_t>(from, big))
-                        : static_cast<Value>(loadNumber<std::uint8_t>(from, big));
-        case 2:
-            return wide ? static_cast<Value>(loadNumber<std::int16_t>(from, big))
-                        : static_cast<Value>(loadNumber<std::uint16_t>(from, big));
-        case 4:
-            return wide ? static_cast<Value>(loadNumber<std::int32_t>(from, big))
-                        : static_cast<Value>(loadNumber<std::uint32_t>(from, big));
-        default:
-            return wide ? static_cast<Value>(loadNumber<std::int64_t>(from, big))
-                        : static_cast<Value>(loadNumber<std::uint64_t>(from, big));
-    }
+/// Integers and floats of 1, 2, 4 or 8 bytes.
+StoredNumber storedAs(const NpyField& field) {
+    using S = StoredNumber;
+    static constexpr S types[3][4] = {{S::int8, S::int16, S::int32, S::int64},
+                                      {S::uint8, S::uint16, S::uint32, S::uint64},
+                                      {S::uint8, S::float16, S::float32, S::float64}};
+    const int power = field.bytes >= 8 ? 3 : field.bytes / 2;
+    return types[field.kind == 'i' ? 0 : field.kind == 'f' ? 2 : 1][power];
 }
 
 /// Bytes of the whole array; nothing where the product does not fit.
@@ -159,6 +138,7 @@ Status NpyReader::read(std::uint64_t step, std::uint64_t begin, bool last, std::
 template <class Value>
 Status NpyReader::readAs(std::uint64_t step, std::uint64_t begin, bool last, std::span<Value> values) {
     const std::uint64_t stride = numbers_.stride;
+    const StoredNumber stored = storedAs(numbers_.type);
     const std::uint64_t first = numbers_.offset + step * numbers_.stepStride + begin * stride;
     const std::size_t rowsPerBlock =
         stride == 0 ? 1 : static_cast<std::size_t>(std::max<std::uint64_t>(1, blockBytes / stride));
@@ -167,7 +147,7 @@ Status NpyReader::readAs(std::uint64_t step, std::uint64_t begin, bool last, std
         block_.resize((rows - 1) * stride + numbers_.type.bytes);
         MOTE_RETURN_IF_ERROR(bytes_.read(first + done * stride, block_));
         for (std::size_t i = 0; i < rows; ++i) {
-            values[done + i] = convert<Value>(block_.data() + i * stride, numbers_.type);
+            values[done + i] = loadStored<Value>(block_.data() + i * stride, stored, numbers_.type.bigEndian);
         }
         if (stride == 0) std::fill(values.begin() + 1, values.end(), values[0]);
         done += stride == 0 ? values.size() : rows;

@@ -149,9 +149,7 @@ Result<HeldTable> tableOfOpal(const HeldFile& file) {
     HeldTable table;
     table.where = file.name();
     OpalParser parser(table, file.held);
-    MOTE_RETURN_IF_ERROR(
-        eachLine(file.path, file.progress,
-                 [&](std::string_view line, const std::string& where) { return parser.line(line, where); }));
+    MOTE_RETURN_IF_ERROR(parseLines(file, parser));
     MOTE_RETURN_IF_ERROR(parser.finish());
     table.setMass(file.mass, "the file names");
     return table;

@@ -109,9 +109,7 @@ Result<PyorbitBunch> PyorbitBunch::read(const HeldFile& file) {
     PyorbitBunch bunch;
     bunch.name = file.name();
     PyorbitParser parser(bunch, file.held);
-    MOTE_RETURN_IF_ERROR(
-        eachLine(file.path, file.progress,
-                 [&](std::string_view line, const std::string& where) { return parser.line(line, where); }));
+    MOTE_RETURN_IF_ERROR(parseLines(file, parser));
     if (bunch.values.empty()) bunch.values.resize(coordinates);
     return bunch;
 }

@@ -3,7 +3,6 @@
 #include <array>
 #include <limits>
 
-#include "preprocess/readers/sdds/sdds_number.h"
 #include "preprocess/readers/sdds/sdds_pages.h"
 #include "preprocess/readers/sdds/sdds_stream.h"
 
@@ -151,7 +150,7 @@ Status BinaryPages::scanParameters(SddsPage& page) {
         } else if (field.number()) {
             std::array<char, 8> bytes;
             MOTE_RETURN_IF_ERROR(stream_.read(std::span(bytes).first(field.bytes())));
-            value = loadSddsNumber<double>(bytes.data(), field.type, big_);
+            value = loadStored<double>(bytes.data(), field.stored().value_or(StoredNumber::float64), big_);
         } else {
             MOTE_RETURN_IF_ERROR(skipValues(field, 1));
         }
@@ -206,11 +205,11 @@ Status BinaryPages::scanColumns(std::uint64_t rows, Place& place) {
 }
 
 void BinaryPages::store(const Slot& slot, std::size_t row, const char* from) const {
-    const SddsType type = header_.columns[slot.column].type;
+    const auto type = header_.columns[slot.column].stored().value_or(StoredNumber::float64);
     if (slot.values != nullptr)
-        (*slot.values)[row] = loadSddsNumber<double>(from, type, big_);
+        (*slot.values)[row] = loadStored<double>(from, type, big_);
     else
-        (*slot.ids)[row] = loadSddsNumber<std::uint64_t>(from, type, big_);
+        (*slot.ids)[row] = loadStored<std::uint64_t>(from, type, big_);
 }
 
 Status BinaryPages::read(std::size_t page, std::uint64_t begin, std::size_t count,

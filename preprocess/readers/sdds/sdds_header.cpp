@@ -209,26 +209,16 @@ Result<SddsHeader> HeaderReader::read() {
 
 }  // namespace
 
+std::optional<StoredNumber> SddsField::stored() const {
+    static constexpr StoredNumber types[] = {
+        StoredNumber::int16, StoredNumber::uint16, StoredNumber::int32,   StoredNumber::uint32,
+        StoredNumber::int64, StoredNumber::uint64, StoredNumber::float32, StoredNumber::float64};
+    return type <= SddsType::float64 ? std::optional(types[static_cast<std::size_t>(type)]) : std::nullopt;
+}
+
 std::size_t SddsField::bytes() const {
-    switch (type) {
-        case SddsType::character:
-            return 1;
-        case SddsType::int16:
-        case SddsType::uint16:
-            return 2;
-        case SddsType::int32:
-        case SddsType::uint32:
-        case SddsType::float32:
-            return 4;
-        case SddsType::int64:
-        case SddsType::uint64:
-        case SddsType::float64:
-            return 8;
-        case SddsType::longDouble:
-        case SddsType::string:
-            break;
-    }
-    return 0;
+    if (const auto number = stored()) return bytesOf(*number);
+    return type == SddsType::character ? 1 : 0;
 }
 
 bool looksLikeSdds(std::string_view text) {

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "preprocess/readers/text/stored_number.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -41,6 +42,7 @@ struct SddsField {
 
     /// Bytes of a value in binary pages; 0: as many as its text has.
     std::size_t bytes() const;
+    std::optional<StoredNumber> stored() const;  ///< in a binary page; nothing of what is none there
     bool number() const { return type != SddsType::character && type != SddsType::string; }
 };
 

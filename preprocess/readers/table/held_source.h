@@ -16,6 +16,7 @@
 #include "preprocess/job.h"
 #include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/table/table_source.h"
+#include "preprocess/readers/text/row_file.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -61,6 +62,14 @@ struct HeldFile {
     /// The whole of a text file, gzipped or not. Errors: those of wholeFile.
     Result<std::string> text() const;
 };
+
+/// Gives each line of a file to `parser.line(text, where)`. Errors: those of eachLine and of the parser.
+template <class Parser>
+Status parseLines(const HeldFile& file, Parser& parser) {
+    return eachLine(file.path, file.progress, [&](std::string_view text, const std::string& where) {
+        return parser.line(text, where);
+    });
+}
 
 class HeldSource : public TableSource {
   protected:

@@ -119,9 +119,7 @@ Result<TfsFile> TfsFile::read(const HeldFile& held) {
     TfsFile file;
     file.name = held.name();
     TfsParser parser(file, held.held);
-    MOTE_RETURN_IF_ERROR(
-        eachLine(held.path, held.progress,
-                 [&](std::string_view line, const std::string& where) { return parser.line(line, where); }));
+    MOTE_RETURN_IF_ERROR(parseLines(held, parser));
     return file;
 }
 
