@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "preprocess/job_kinds.h"
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/readers/particle_reader.h"
+#include "protocol/quantity/quantity.h"
 
 namespace mote::prep {
 namespace {
@@ -17,7 +19,8 @@ constexpr const char* particlesExamples = R"(Examples:
   mote-prep particles table.txt --axes x,px,y --map "x=X [mm],px=PX [MeV/c],y=3 [mm]" --out table.mote
   mote-prep particles runParticles.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
-Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a plot's bounds are the least and the
+Axes: x y z t px py pz weight, derived r theta xp yp pr p delta gamma energy, of the bunch's own frame zeta tau x_c y_c
+px_c py_c pz_c, records of the source by their names, and expressions: --axes "zeta,hypot(x,y),energy*1e-6". Without --bounds, a plot's bounds are the least and the
 greatest value over all selected steps, but for values further than 1000 interquartile ranges from a step's median,
 which are left out and counted.)";
 
@@ -34,27 +37,17 @@ struct ParticlesArguments {
     std::string lost;
     std::string map;
     std::vector<std::string> bounds;
+    std::string boundsOf;
     std::optional<std::uint32_t> volumeLevel, leafCapacity, maxLevel;
     std::optional<double> frequency, mass, kineticEnergy, current;
     JobResources resources;
 };
 
-std::vector<std::string> split(const std::string& text, char separator) {
-    std::vector<std::string> parts;
-    std::size_t begin = 0;
-    for (auto end = text.find(separator); end != std::string::npos; end = text.find(separator, begin)) {
-        parts.push_back(text.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    parts.push_back(text.substr(begin));
-    return parts;
-}
-
 /// "AXIS=MIN:MAX"
 Result<proto::Axis> parseBounds(const std::string& text) {
     const Error wrong{ErrorCode::invalidArgument, "--bounds",
                       fmt::format("\"{}\" is not AXIS=MIN:MAX", text)};
-    const auto equals = text.find('=');
+    const auto equals = text.rfind('=');  // an expression may hold one, numbers none
     const auto colon = text.find(':', equals);
     if (equals == std::string::npos || colon == std::string::npos) return wrong;
     const auto least = cli::parseNumber(text.substr(equals + 1, colon - equals - 1));
@@ -80,12 +73,12 @@ Result<proto::JobRequest> toParticlesRequest(const ParticlesArguments& options) 
     request.set_output(options.out);
     auto& job = *request.mutable_particles();
     for (const auto& input : options.inputs) job.add_inputs(input);
-    for (const auto& axis : split(options.axes, ',')) job.add_axes(axis);
+    for (const auto& axis : splitNames(options.axes)) job.add_axes(axis);
     job.set_format(options.format == "auto" ? "" : options.format);
     job.set_species(options.species);
     job.set_steps(options.steps);
     if (!options.columns.empty()) {
-        for (const auto& column : split(options.columns, ',')) job.add_columns(column);
+        for (const auto& column : splitNames(options.columns)) job.add_columns(column);
     }
     job.set_lost(options.lost);
     job.set_map(options.map);
@@ -95,6 +88,13 @@ Result<proto::JobRequest> toParticlesRequest(const ParticlesArguments& options) 
     for (const auto& text : options.bounds) {
         MOTE_ASSIGN_OR_RETURN(auto axis, parseBounds(text));
         *job.add_bounds() = std::move(axis);
+    }
+    for (const auto& axis : job.axes()) {
+        const bool given = std::ranges::count(job.bounds(), axis, &proto::Axis::name) > 0;
+        if (options.boundsOf != "step" || given) continue;
+        auto& bounds = *job.add_bounds();
+        bounds.set_name(axis);
+        bounds.set_unit("step");
     }
     setImpact(options, job);
     return request;
@@ -141,6 +141,13 @@ void addPlotOptions(const cli::Command& command, ParticlesArguments& options) {
     command.option("--bounds", options.bounds, "Fixed bounds of an axis, in its unit; may be repeated")
         .repeatable()
         .valueName("AXIS=MIN:MAX");
+    command
+        .option(
+            "--bounds-of", options.boundsOf,
+            "Whose values the bounds are without --bounds: all steps' together (run, the default), or each "
+            "step's own (step)")
+        .oneOf({"run", "step"})
+        .valueName("WHAT");
     command
         .option("--volume-level", options.volumeLevel,
                 fmt::format("The volume has 2^LEVEL cells a side; default {}", defaultVolumeLevel))

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "protocol/quantity/plot_axes.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/hybrid_file.h"
@@ -47,9 +48,9 @@ glm::dmat4 cellsToLayer(std::uint32_t size) {
     return matrix;
 }
 
-void noteAxes(const proto::ParticlesManifest& particles, const FloatGrid& grid) {
+void noteAxes(const proto::ParticlesManifest& particles, std::uint32_t step, const FloatGrid& grid) {
     for (int a = 0; a < 3; ++a) {
-        const auto& axis = particles.axes(a);
+        const auto& axis = axisOf(particles, a, step);
         const auto prefix = fmt::format("mote_axis_{}_", "xyz"[a]);
         grid.note(prefix + "name", axis.name());
         grid.note(prefix + "unit", axis.unit());
@@ -64,7 +65,7 @@ Result<Grids> densityGrids(const fs::path& dataset, const proto::Manifest& manif
     const FloatGrid grid("density", cellsToLayer(size));
     grid.fillNonzero({size, size, size}, opened->volume());
     grid.setFog();
-    noteAxes(manifest.particles(), grid);
+    noteAxes(manifest.particles(), step, grid);
     grid.note("mote_title", manifest.title());
     grid.note("mote_step", static_cast<std::int32_t>(step));
     grid.noteSamples();

@@ -17,8 +17,11 @@ namespace mote::client {
 using ColumnUnits = std::map<std::string, std::string, std::less<>>;
 ColumnUnits columnUnits(const proto::ParticlesManifest& manifest);
 
-/// "x" and "px" of "cov_x__px", "x" of "norm_emit_x"; none of "n_particle". `units` has the names of columns.
-std::vector<std::string> columnsOf(std::string_view statistic, const ColumnUnits& units);
+/// Of a column, a known quantity or an expression over such; "" where it is not known.
+std::string unitOfColumn(std::string_view column, const ColumnUnits& units);
+
+/// "x" and "px" of "cov_x__px", "x" of "norm_emit_x"; none of "n_particle".
+std::vector<std::string> columnsOf(std::string_view statistic);
 
 /// "m", "eV/c", "m eV/c", "1"; "" where it is not known.
 std::string unitOf(std::string_view statistic, const ColumnUnits& units);

@@ -111,8 +111,7 @@ std::vector<std::string> allColumns(const proto::ParticlesManifest& manifest) {
 /// A weight's unit is said even where it is 1: whoever reads the file must not guess.
 std::string headingOf(const std::string& name, const AskedRun& run, const ColumnUnits& units) {
     if (name == "weight") return withUnit(name, run.manifest().weight_unit(), true);
-    const auto found = units.find(name);
-    return withUnit(name, found == units.end() ? "" : found->second);
+    return withUnit(name, unitOfColumn(name, units));
 }
 
 Status exportStep(AskedRun& run, std::size_t step, const std::vector<std::string>& names, RowFile& file) {

@@ -62,9 +62,8 @@ std::size_t shareOf(double count, double greatest, std::size_t steps) {
 
 std::string spanOf(const StepHistogram& histogram, std::size_t column, const ColumnUnits& units) {
     const auto& edges = histogram.edges[column];
-    const auto found = units.find(histogram.columns[column]);
     const auto unit = scaledUnit(std::max(std::abs(edges.front()), std::abs(edges.back())),
-                                 found == units.end() ? std::string() : found->second);
+                                 unitOfColumn(histogram.columns[column], units));
     return fmt::format("{} from {} to {}{}{}", histogram.columns[column], shortNumber(edges.front(), unit),
                        shortNumber(edges.back(), unit), unit.name.empty() ? "" : " ", unit.name);
 }
@@ -79,9 +78,8 @@ std::string headOf(const StepHistogram& histogram) {
 std::string bars(const StepHistogram& histogram, const ColumnUnits& units) {
     const auto field = coarse(histogram, shownBins(1)[0], 1);
     const auto& edges = histogram.edges[0];
-    const auto found = units.find(histogram.columns[0]);
     const auto unit = scaledUnit(std::max(std::abs(edges.front()), std::abs(edges.back())),
-                                 found == units.end() ? std::string() : found->second);
+                                 unitOfColumn(histogram.columns[0], units));
     auto text = fmt::format("{}\n  {} {}\n", headOf(histogram), padLeft(histogram.columns[0], 12), unit.name);
     for (std::size_t i = 0; i < field.width; ++i) {
         text += fmt::format("  {:>12}  {:>12.5g}  {}\n", shortNumber(edges[i * field.across], unit),
@@ -130,8 +128,7 @@ std::string jsonLine(const StepHistogram& histogram) {
 std::string csvHead(const std::vector<std::string>& columns, const ColumnUnits& units) {
     std::string text = "step";
     for (const auto& column : columns) {
-        const auto found = units.find(column);
-        const std::string unit = found == units.end() ? "" : found->second;
+        const auto unit = unitOfColumn(column, units);
         text += fmt::format(",{},{}", csvField(withUnit(column + "_from", unit)),
                             csvField(withUnit(column + "_to", unit)));
     }

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "protocol/cli/command.h"
-#include "protocol/scene/column_name.h"
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/step_range.h"
 
 namespace mote::client {
@@ -45,7 +45,7 @@ constexpr std::uint32_t mostBins = 4096;  // of an axis
 /// What the command line says before it is checked.
 struct RawOptions {
     StatsOptions options;
-    std::string connect, select, columns, histogram, bins, csv, npy, exported;
+    std::string connect, select, columns, histogram, bins, csv, npy, exported, boundsOf;
     std::vector<std::string> ranges;
     bool unweighted = false, json = false;
 };
@@ -77,6 +77,12 @@ void declare(const cli::Command& app, RawOptions& raw) {
         .option("--range", raw.ranges,
                 "Where the bins of a column begin and end; those of all steps unless given; repeatable")
         .valueName("x=A:B");
+    histogram
+        .option("--bounds-of", raw.boundsOf,
+                "Over what bins reach without --range: the values of all steps (run), of the step, or of the "
+                "step's selection")
+        .oneOf({"run", "step", "selection"})
+        .valueName("WHAT");
     histogram.flag("--unweighted", raw.unweighted, "A particle counts 1, and not its weight");
     const auto form = app.group("form", "How numbers are told (at most one of these)");
     form.flag("--json", raw.json, "One line of JSON a step on stdout");
@@ -104,7 +110,7 @@ std::vector<std::string> split(const std::string& text, char at) {
 
 /// Names of columns, none of them twice.
 Result<std::vector<std::string>> namesIn(const std::string& text, const std::string& option) {
-    auto names = split(text, ',');
+    auto names = splitNames(text);
     std::set<std::string> seen;
     for (const auto& name : names) {
         const auto checked = checkColumnName(name, option);
@@ -144,7 +150,7 @@ Status checkBins(const RawOptions& raw, proto::HistogramQuery& query) {
 
 /// "x=A:B".
 Status checkRange(const std::string& text, proto::HistogramQuery& query) {
-    const auto equals = text.find('=');
+    const auto equals = text.rfind('=');  // an expression may hold one, numbers none
     const auto colon = text.find(':', equals == std::string::npos ? 0 : equals);
     const auto wrong = invalid("--range", fmt::format("\"{}\" is not COLUMN=FROM:TO", text));
     if (equals == std::string::npos || colon == std::string::npos) return wrong;
@@ -165,14 +171,19 @@ Status checkRange(const std::string& text, proto::HistogramQuery& query) {
 
 Status checkHistogram(RawOptions& raw) {
     if (raw.histogram.empty()) {
-        if (raw.bins.empty() && raw.ranges.empty() && !raw.unweighted) return success();
-        return invalid("--histogram", "is missing: --bins, --range and --unweighted are of a histogram");
+        if (raw.bins.empty() && raw.ranges.empty() && raw.boundsOf.empty() && !raw.unweighted)
+            return success();
+        return invalid("--histogram",
+                       "is missing: --bins, --range, --bounds-of and --unweighted are of a histogram");
     }
     MOTE_ASSIGN_OR_RETURN(const auto names, namesIn(raw.histogram, "--histogram"));
     if (names.size() > 2) return invalid("--histogram", "is of one column or two");
     auto& query = raw.options.histogram.emplace();
     for (const auto& name : names) query.add_axes()->set_column(name);
     query.set_unweighted(raw.unweighted);
+    using BoundsOf = StatsOptions::BoundsOf;
+    if (raw.boundsOf == "step") raw.options.boundsOf = BoundsOf::step;
+    if (raw.boundsOf == "selection") raw.options.boundsOf = BoundsOf::selection;
     MOTE_RETURN_IF_ERROR(checkBins(raw, query));
     for (const auto& range : raw.ranges) MOTE_RETURN_IF_ERROR(checkRange(range, query));
     return success();

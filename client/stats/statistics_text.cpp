@@ -124,24 +124,27 @@ std::string manySteps(const StatisticsOfSteps& steps, const ColumnUnits& units) 
 
 }  // namespace
 
-Result<std::vector<std::size_t>> namesOfColumns(const std::vector<std::string>& names,
-                                                const std::vector<std::string>& columns,
-                                                const ColumnUnits& units) {
+std::vector<std::size_t> namesOfColumns(const std::vector<std::string>& names,
+                                        const std::vector<std::string>& columns) {
     std::vector<std::size_t> kept;
-    std::vector<std::string> met;
     for (std::size_t i = 0; i < names.size(); ++i) {
-        const auto own = columnsOf(names[i], units);
-        const bool wanted =
-            std::ranges::all_of(own, [&](const auto& each) { return std::ranges::count(columns, each) > 0; });
-        met.insert(met.end(), own.begin(), own.end());
-        if (wanted) kept.push_back(i);
-    }
-    for (const auto& column : columns) {
-        if (std::ranges::count(met, column) == 0)
-            return Error{ErrorCode::notFound, "--columns",
-                         fmt::format("there is no statistic of \"{}\"", column)};
+        if (std::ranges::all_of(columnsOf(names[i]),
+                                [&](const auto& each) { return std::ranges::count(columns, each) > 0; }))
+            kept.push_back(i);
     }
     return kept;
+}
+
+std::vector<std::string> furtherNames(const std::vector<std::string>& names,
+                                      const std::vector<std::string>& columns) {
+    std::vector<std::string> further;
+    for (const auto& column : columns) {
+        const auto isOf = [&](const auto& name) { return std::ranges::count(columnsOf(name), column) > 0; };
+        if (std::ranges::any_of(names, isOf)) continue;
+        for (const auto* kind : {"mean", "sigma", "min", "max"})
+            further.push_back(fmt::format("{}_{}", kind, column));
+    }
+    return further;
 }
 
 StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>& places) {

@@ -16,11 +16,12 @@ namespace mote::client {
 
 using StatisticsOfSteps = std::vector<StepStatistics>;
 
-/// Those of `names` that are of these columns alone, and those that are of none, by their place. Errors:
-/// notFound: there is no statistic of a column.
-Result<std::vector<std::size_t>> namesOfColumns(const std::vector<std::string>& names,
-                                                const std::vector<std::string>& columns,
-                                                const ColumnUnits& units);
+/// Those of `names` that are of these columns alone, and those that are of none, by their place.
+std::vector<std::size_t> namesOfColumns(const std::vector<std::string>& names,
+                                        const std::vector<std::string>& columns);
+/// "mean_Q", "sigma_Q", "min_Q" and "max_Q" of those columns of which none of `names` is.
+std::vector<std::string> furtherNames(const std::vector<std::string>& names,
+                                      const std::vector<std::string>& columns);
 /// These alone, without slices.
 StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>& places);
 

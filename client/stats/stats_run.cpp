@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -16,6 +18,8 @@
 #include "client/stats/histogram_text.h"
 #include "client/stats/npy.h"
 #include "client/stats/statistics_text.h"
+#include "protocol/quantity/expression.h"
+#include "protocol/quantity/statistic.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/utf8.h"
 
@@ -64,7 +68,7 @@ class StatisticsTeller {
 
     Status take(StepStatistics step) {
         notes_.take(step.step, step.notes);
-        if (names_.empty()) MOTE_RETURN_IF_ERROR(choose(step.names));
+        if (names_.empty()) choose(step.names);
         if (step.names != names_)
             return Error{ErrorCode::corrupt, "", "the server's statistics differ from step to step"};
         if (!options_.columns.empty()) step = someOf(step, places_);
@@ -85,11 +89,9 @@ class StatisticsTeller {
 
   private:
     NumbersForm form() const { return options_.form.value_or(NumbersForm::table); }
-    Status choose(const std::vector<std::string>& names) {
+    void choose(const std::vector<std::string>& names) {
         names_ = names;
-        if (options_.columns.empty()) return success();
-        MOTE_ASSIGN_OR_RETURN(places_, namesOfColumns(names, options_.columns, units_));
-        return success();
+        if (!options_.columns.empty()) places_ = namesOfColumns(names, options_.columns);
     }
 
     const StatsOptions& options_;
@@ -103,15 +105,23 @@ class StatisticsTeller {
 Status tellStatistics(const StatsOptions& options, AskedRun& run) {
     StatisticsTeller teller(options, run);
     // Where preparation left none, the server finds them from the columns.
-    const bool kept = !run.manifest().statistic_names().empty() || run.manifest().columns().empty();
-    if (!run.selection() && kept) {
+    const auto& own = run.manifest().statistic_names();
+    const bool kept = !own.empty() || run.manifest().columns().empty();
+    std::vector<std::string> names(own.begin(), own.end());
+    if (names.empty()) std::ranges::transform(statistics(), std::back_inserter(names), &Statistic::name);
+    const auto further = furtherNames(names, options.columns);
+    if (!run.selection() && kept && further.empty()) {
         auto steps = statisticsOf(run.manifest(), run.steps());
         if (!steps.ok()) return Error{steps.error().code, run.dataset(), steps.error().message};
         for (auto& step : *steps) MOTE_RETURN_IF_ERROR(teller.take(std::move(step)));
         return teller.finish();
     }
     auto query = run.query();
-    query.mutable_statistics();
+    auto& asked = *query.mutable_statistics();
+    if (!further.empty()) {
+        for (const auto place : namesOfColumns(names, options.columns)) asked.add_names(names[place]);
+        for (const auto& name : further) asked.add_names(name);
+    }
     MOTE_RETURN_IF_ERROR(run.ask(query, run.steps(), [&](const QueryAnswer& answer) -> Status {
         MOTE_ASSIGN_OR_RETURN(auto step, statisticsOf(answer));
         return teller.take(std::move(step));
@@ -167,6 +177,37 @@ class HistogramTeller {
     NoteTeller notes_;
 };
 
+/// A quantity as an expression, so that it is of values as the dataset has them, not as the source had them.
+std::string quoted(const std::string& name, const proto::ParticlesManifest& manifest) {
+    const bool own = std::ranges::count(manifest.columns(), name, &proto::ColumnEntry::name) > 0;
+    return own || !Expression::looksLikeOne(name) ? fmt::format("'{}'", name) : name;
+}
+
+/// Gives axes without a range that of one step's particles, or of those chosen.
+Status setRanges(const StatsOptions& options, AskedRun& run, std::size_t step, proto::HistogramQuery& to) {
+    auto query = run.query();
+    query.set_steps(fmt::format("{}:{}:1", step, step));
+    if (options.boundsOf == StatsOptions::BoundsOf::step) query.clear_select();
+    for (const auto& axis : to.axes()) {
+        for (const auto* kind : {"min", "max"})
+            query.mutable_statistics()->add_names(
+                fmt::format("{}_{}", kind, quoted(axis.column(), run.manifest())));
+    }
+    return run.ask(query, {step}, [&](const QueryAnswer& answer) -> Status {
+        MOTE_ASSIGN_OR_RETURN(const auto found, statisticsOf(answer));
+        for (int i = 0; i < to.axes_size(); ++i) {
+            auto& axis = *to.mutable_axes(i);
+            double low = found.values.at(2 * static_cast<std::size_t>(i));
+            double high = found.values.at(2 * static_cast<std::size_t>(i) + 1);
+            if (axis.range_size() > 0 || !(low <= high)) continue;
+            const double half = low < high ? 0.0 : std::max(0.5, 1e-9 * std::abs(low));
+            axis.add_range(low - half);
+            axis.add_range(high + half);
+        }
+        return success();
+    });
+}
+
 Status tellHistograms(const StatsOptions& options, AskedRun& run) {
     HistogramTeller teller(options, run);
     auto query = run.query();
@@ -177,10 +218,21 @@ Status tellHistograms(const StatsOptions& options, AskedRun& run) {
         if (table && !asked.axes(i).has_bins())
             asked.mutable_axes(i)->set_bins(shown[static_cast<std::size_t>(i)]);
     }
-    MOTE_RETURN_IF_ERROR(run.ask(query, run.steps(), [&](const QueryAnswer& answer) -> Status {
+    const auto tell = [&](const QueryAnswer& answer) -> Status {
         MOTE_ASSIGN_OR_RETURN(const auto histogram, histogramOf(answer, asked));
         return teller.take(histogram);
-    }));
+    };
+    if (options.boundsOf == StatsOptions::BoundsOf::run) {
+        MOTE_RETURN_IF_ERROR(run.ask(query, run.steps(), tell));
+        return teller.finish();
+    }
+    const auto wanted = asked;
+    for (const auto step : run.steps()) {
+        asked = wanted;
+        MOTE_RETURN_IF_ERROR(setRanges(options, run, step, asked));
+        query.set_steps(fmt::format("{}:{}:1", step, step));
+        MOTE_RETURN_IF_ERROR(run.ask(query, {step}, tell));
+    }
     return teller.finish();
 }
 

@@ -5,15 +5,23 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
+#include <functional>
+#include <vector>
+
+#include "protocol/quantity/known_quantity.h"
 
 namespace mote::client {
 namespace {
 
-constexpr std::array<std::string_view, 15> axisNames{
-    "x", "y", "z", "t", "px", "py", "pz", "r", "theta", "xp", "yp", "pr", "delta", "gamma", "energy"};
-
+/// An expression holds signs that the name of a file should not.
 std::string joined(const AxisNames& axes) {
-    return fmt::format("{}", fmt::join(axes, "-"));
+    auto name = fmt::format("{}", fmt::join(axes, "-"));
+    const auto isPlain = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
+    };
+    std::ranges::replace_if(name, std::not_fn(isPlain), '_');
+    return name;
 }
 
 /// The plot's name without the axes that an earlier replot put behind it.
@@ -26,12 +34,19 @@ std::string baseName(const std::string& dataset, const AxisNames& axes) {
 }  // namespace
 
 std::span<const std::string_view> plotAxes() {
-    return axisNames;
+    static const auto names = [] {
+        std::vector<std::string_view> all;
+        for (const auto& known : knownQuantities()) {
+            if (known.name != "weight") all.push_back(known.name);
+        }
+        return all;
+    }();
+    return names;
 }
 
 std::optional<AxisNames> axesOf(const proto::Description& description) {
     const auto& axes = description.manifest().particles().axes();
-    if (axes.size() != 3) return std::nullopt;
+    if (axes.size() < 3) return std::nullopt;
     return AxisNames{axes[0].name(), axes[1].name(), axes[2].name()};
 }
 

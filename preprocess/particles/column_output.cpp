@@ -81,9 +81,9 @@ class Output {
         const auto& sample = *request_.sample;
         codings_.resize(columns_.size());
         tbb::parallel_for(std::size_t{0}, columns_.size(), [&](std::size_t i) {
-            if (columns_[i].lost) return;
+            if (!columns_[i].axis) return;
             auto values = valuesOf(i, sample.rows());
-            codings_[i] = columns_[i].axis.empty()
+            codings_[i] = columns_[i].isWeight()
                               ? weightCodingOf(values, sample.leastWeight(), sample.greatestWeight())
                               : codingOf(std::move(values));
         });

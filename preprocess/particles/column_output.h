@@ -28,7 +28,7 @@ struct ColumnsRequest {
     std::size_t step = 0;  ///< of the source
     const KeptColumns* kept = nullptr;
     const ColumnSample* sample = nullptr;  ///< of the step's points, with what `kept` is made from
-    AxisContext context;
+    BeamContext context;
     std::filesystem::path directory;  ///< of the dataset while it is made
     std::string name;                 ///< "columns-000012"
     const storage::StepFile* points = nullptr;

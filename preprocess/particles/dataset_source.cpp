@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
-#include <string_view>
 
+#include "preprocess/particles/plot_axis.h"
 #include "storage/beam/beam_statistics.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_columns.h"
@@ -16,9 +15,6 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::array<std::string_view, columnCount - 1> columnNames{"x",  "y",  "z",  "t",
-                                                                    "px", "py", "pz", "weight"};
-
 class DatasetSource final : public ParticleSource {
   public:
     DatasetSource(std::filesystem::path directory, proto::Manifest manifest)
@@ -26,6 +22,10 @@ class DatasetSource final : public ParticleSource {
         for (const auto& step : particles().steps()) {
             steps_.push_back({(directory_.filename() / step.file()).string(), step.iteration(), step.time(),
                               step.particles()});
+        }
+        for (const auto& column : particles().columns()) {
+            const bool own = column.name() != "lost" && findKnownQuantity(column.name()) == nullptr;
+            if (own && records_.size() < mostRecords) records_.push_back({column.name(), column.unit()});
         }
     }
 
@@ -41,9 +41,11 @@ class DatasetSource final : public ParticleSource {
         return column == Column::id ? particles().ids() : indexOf(column).has_value();
     }
 
+    std::vector<SourceRecord> records() const override { return records_; }
+
     std::vector<double> statistics(std::size_t step) const override {
-        const auto names = storage::beamStatistics();
-        const auto same = [](const storage::BeamStatistic& a, const std::string& b) { return a.name == b; };
+        const auto names = mote::statistics();
+        const auto same = [](const Statistic& a, const std::string& b) { return a.name == b; };
         if (!std::ranges::equal(names, particles().statistic_names(), same)) return {};
         const auto& values = particles().steps(static_cast<int>(step)).statistics();
         return {values.begin(), values.end()};
@@ -70,8 +72,7 @@ class DatasetSource final : public ParticleSource {
 
     std::optional<std::size_t> indexOf(Column column) const {
         const auto& all = particles().columns();
-        const auto found =
-            std::ranges::find(all, columnNames[static_cast<std::size_t>(column)], &proto::ColumnEntry::name);
+        const auto found = std::ranges::find(all, columnName(column, *this), &proto::ColumnEntry::name);
         if (found == all.end()) return std::nullopt;
         return static_cast<std::size_t>(found - all.begin());
     }
@@ -109,6 +110,7 @@ class DatasetSource final : public ParticleSource {
     std::filesystem::path directory_;
     proto::Manifest manifest_;
     std::vector<SourceStep> steps_;
+    std::vector<SourceRecord> records_;
     std::size_t openStep_ = 0;
     std::shared_ptr<const storage::ParticleColumns> open_;
 };

@@ -4,46 +4,43 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 namespace mote::prep {
 namespace {
 
-constexpr std::array<std::string_view, 7> coordinates{"x", "y", "z", "t", "px", "py", "pz"};
+KeptColumn columnOf(const PlotAxis& axis, const ParticleSource& source) {
+    const bool weight = axis.name() == "weight";
+    return {axis.name(), weight ? source.weightUnit() : axis.unit(), axis};
+}
 
 Result<KeptColumns> allColumns(const ParticleSource& source) {
     KeptColumns kept;
-    for (std::size_t i = 0; i < coordinates.size(); ++i) {
-        if (!source.has(static_cast<Column>(i))) continue;
-        MOTE_ASSIGN_OR_RETURN(auto axis, findAxis(coordinates[i]));
-        kept.columns.push_back({std::string(axis.name), std::string(axis.unit), {axis}, false});
+    for (const auto column : columnsOf(source)) {
+        // Those of a dataset were asked for once.
+        if (isRecord(column) && source.format() != "mote") continue;
+        MOTE_ASSIGN_OR_RETURN(const auto axis, PlotAxis::make(columnName(column, source), source));
+        kept.columns.push_back(columnOf(axis, source));
     }
-    if (source.has(Column::weight)) kept.columns.push_back({"weight", source.weightUnit(), {}, false});
     kept.ids = source.has(Column::id);
     return kept;
 }
 
 Status addColumn(const std::string& name, const ParticleSource& source, KeptColumns& kept) {
-    const auto absent = [&] {
-        return Error{ErrorCode::notFound, "columns", fmt::format("the run has no column \"{}\"", name)};
-    };
     const bool twice =
         name == "id" ? kept.ids : std::ranges::count(kept.columns, name, &KeptColumn::name) > 0;
     if (twice)
         return Error{ErrorCode::invalidArgument, "columns", fmt::format("\"{}\" is given twice", name)};
     if (name == "id") {
         kept.ids = source.has(Column::id);
-        return kept.ids ? success() : Status(absent());
+        if (kept.ids) return success();
+        return Error{ErrorCode::notFound, "columns", "the run has no column \"id\""};
     }
-    if (name == "weight") {
-        if (!source.has(Column::weight)) return absent();
-        kept.columns.push_back({"weight", source.weightUnit(), {}, false});
-        return success();
+    const auto axis = PlotAxis::make(name, source);
+    if (!axis.ok()) {
+        return Error{axis.error().code, "columns",
+                     fmt::format("\"{}\" {}", name.substr(0, 64), axis.error().message)};
     }
-    auto axis = findAxis(name);
-    if (!axis.ok()) return Error{ErrorCode::invalidArgument, "columns", axis.error().message};
-    MOTE_RETURN_IF_ERROR(checkAxis(*axis, source));
-    kept.columns.push_back({std::string(axis->name), std::string(axis->unit), {*axis}, false});
+    kept.columns.push_back(columnOf(*axis, source));
     return success();
 }
 
@@ -59,19 +56,15 @@ Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::st
     for (const auto& name : names) {
         if (name != "lost" || !marked) MOTE_RETURN_IF_ERROR(addColumn(name, source, kept));
     }
-    if (marked) kept.columns.push_back({"lost", "1", {}, true});
+    if (marked) kept.columns.push_back({"lost", "1", std::nullopt});
     return kept;
 }
 
-void evaluateColumn(const KeptColumn& column, const ParticleChunk& chunk, const AxisContext& context,
+void evaluateColumn(const KeptColumn& column, const ParticleChunk& chunk, const BeamContext& context,
                     std::span<double> out) {
-    if (!column.axis.empty()) return evaluateAxis(column.axis.front(), chunk, context, out);
-    if (column.lost) {
-        for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] = i < chunk.lost.size() && chunk.lost[i] != 0 ? 1.0 : 0.0;
-        return;
-    }
-    std::copy_n(chunk[Column::weight].begin(), out.size(), out.begin());
+    if (column.axis) return column.axis->evaluate(chunk, context, out);
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = i < chunk.lost.size() && chunk.lost[i] != 0 ? 1.0 : 0.0;
 }
 
 }  // namespace mote::prep

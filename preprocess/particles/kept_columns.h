@@ -4,6 +4,7 @@
 // source for them. A value and pure functions.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,14 +17,11 @@ namespace mote::prep {
 
 struct KeptColumn {
     std::string name, unit;
-    std::vector<PlotAxis> axis;  ///< whose values it holds; none: the weight, or whether it is lost
-    bool lost = false;           ///< 1 where the source marks the particle as lost, else 0
+    std::optional<PlotAxis> axis;  ///< whose values it holds; none: 1 where the particle is lost, else 0
 
+    bool isWeight() const { return name == "weight"; }
     /// What it is made from.
-    std::vector<Column> sources() const {
-        if (lost) return {};
-        return axis.empty() ? std::vector{Column::weight} : axis.front().columns;
-    }
+    std::vector<Column> sources() const { return axis ? axis->columns() : std::vector<Column>(); }
 };
 
 struct KeptColumns {
@@ -34,14 +32,14 @@ struct KeptColumns {
 };
 
 /// For names as in a request ("none": none; no name: all that the run has of x y z t px py pz, weight and
-/// id). Where lost particles are among others, `marked`, their marks are kept. Errors: invalidArgument (no
-/// such name, or twice), notFound (the run does not have it).
+/// id; of a dataset all its columns). Where lost particles are among others, `marked`, their marks are kept.
+/// Errors: invalidArgument (no such name, or twice), notFound (the run does not have it).
 Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::string>& names,
                                 const ParticleSource& source, bool marked = false);
 
 /// A column's value of each particle of a chunk, which has what its sources() name. `out` has the chunk's
 /// size.
-void evaluateColumn(const KeptColumn& column, const ParticleChunk& chunk, const AxisContext& context,
+void evaluateColumn(const KeptColumn& column, const ParticleChunk& chunk, const BeamContext& context,
                     std::span<double> out);
 
 }  // namespace mote::prep

@@ -31,6 +31,7 @@ class LostFilter final : public ParticleSource {
     std::string format() const override { return source_->format(); }
     const std::vector<SourceStep>& steps() const override { return source_->steps(); }
     bool has(Column column) const override { return source_->has(column); }
+    std::vector<SourceRecord> records() const override { return source_->records(); }
     double mass() const override { return source_->mass(); }
     std::string species() const override { return source_->species(); }
     double particleCharge() const override { return source_->particleCharge(); }

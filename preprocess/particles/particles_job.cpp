@@ -13,7 +13,6 @@
 #include "preprocess/job.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
-#include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/column_output.h"
 #include "preprocess/particles/dataset_source.h"
 #include "preprocess/particles/job_columns.h"
@@ -26,8 +25,8 @@
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_output.h"
 #include "preprocess/particles/step_statistics.h"
+#include "protocol/quantity/statistic.h"
 #include "protocol/scene/step_range.h"
-#include "storage/beam/beam_statistics.h"
 #include "storage/files/dataset_file.h"
 #include "storage/manifest.h"
 #include "storage/particles/mapped_columns.h"
@@ -60,7 +59,7 @@ class Job {
         MOTE_ASSIGN_OR_RETURN(auto dataset, SharedDataset::create(ranks_, output_));
         dataset_.emplace(std::move(dataset));
         MOTE_RETURN_IF_ERROR(findBounds());
-        manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
+        manifest_ = describePlot({request_, inputs_, output_}, axes_, plotBounds_, stepOptions_);
         MOTE_RETURN_IF_ERROR(makeSteps());
         MOTE_RETURN_IF_ERROR(makeColumns());
         MOTE_RETURN_IF_ERROR(agree(ranks_, writeback_.finish()));
@@ -74,8 +73,7 @@ class Job {
     Status prepare() {
         MOTE_RETURN_IF_ERROR(checkParticlesJob(job_));
         for (int i = 0; i < 3; ++i) {
-            MOTE_ASSIGN_OR_RETURN(auto axis, findAxis(job_.axes(i)));
-            MOTE_RETURN_IF_ERROR(checkAxis(axis, source_));
+            MOTE_ASSIGN_OR_RETURN(auto axis, PlotAxis::make(job_.axes(i), source_));
             axes_[static_cast<std::size_t>(i)] = std::move(axis);
         }
         MOTE_ASSIGN_OR_RETURN(columns_, JobColumns::make(job_, unfiltered_));
@@ -139,7 +137,9 @@ class Job {
         return StepReader::open(source_, steps_[index], axes_, ranks_, progress_, mayKeep_);
     }
 
-    bool boundsGiven() const { return job_.bounds_size() == 3; }
+    bool boundsGiven() const {
+        return job_.bounds_size() == 3 && std::ranges::none_of(job_.bounds(), isOfSteps);
+    }
 
     Status findBounds() {
         readers_.resize(steps_.size());
@@ -152,11 +152,9 @@ class Job {
             mayKeep_ -= reader.keptBytes();
             readers_[i].emplace(std::move(reader));
         }
-        const auto bounds = plotBounds_.find(job_, axes_);
-        if (!bounds.ok())
-            return bounds.error().code == ErrorCode::notFound ? nothingToPlot() : bounds.error();
-        bounds_ = *bounds;
-        return success();
+        const auto found = plotBounds_.find(job_, axes_, steps_.size());
+        if (!found.ok() && found.error().code == ErrorCode::notFound) return nothingToPlot();
+        return found;
     }
 
     Error nothingToPlot() const {
@@ -212,7 +210,7 @@ class Job {
         }
         const StepResources resources{&ranks_, [this] { return progress_.cancelled(); },
                                       memoryFor(steps_[index], together_).particles, dataset_->directory()};
-        return buildStep(*readers_[index], bounds_, stepOptions_, resources);
+        return buildStep(*readers_[index], plotBounds_.of(index), stepOptions_, resources);
     }
 
     Status write(const BuiltStep& built, std::uint32_t index, proto::ParticleStepEntry& entry) {
@@ -222,9 +220,9 @@ class Job {
         entry.set_file(output.name + ".h5");
         entry.set_digest(output.name + ".digest");
         for (std::size_t a = 0; a < 3; ++a) {
-            output.attributes.axes[a] = axes_[a].name;
-            output.attributes.boundsMin[a] = bounds_[a].min;
-            output.attributes.boundsMax[a] = bounds_[a].max;
+            output.attributes.axes[a] = axes_[a].name();
+            output.attributes.boundsMin[a] = plotBounds_.of(index)[a].min;
+            output.attributes.boundsMax[a] = plotBounds_.of(index)[a].max;
         }
         output.attributes.totalWeight = built.octree.totalWeight;
         output.ranks = &ranks_;
@@ -242,7 +240,7 @@ class Job {
         if (lost_ != LostParticles::without) {
             particles.set_lost_particles(lost_ == LostParticles::with ? "with" : "only");
         }
-        for (const auto& statistic : storage::beamStatistics()) {
+        for (const auto& statistic : mote::statistics()) {
             particles.add_statistic_names(statistic.name);
         }
         for (std::size_t i = 0; i < steps_.size(); ++i) {
@@ -270,8 +268,11 @@ class Job {
     }
 
     Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
+        auto records = columns_.sources();
+        std::erase_if(records, [](Column column) { return !isRecord(column); });
         return stepStatistics({&unfiltered_, steps_[index], lost_, prep::memoryFor(resources_.memory),
-                               &ranks_, &progress_, [&](const ParticleChunk& chunk) { sample.take(chunk); }});
+                               &ranks_, &progress_, std::move(records),
+                               [&](const ParticleChunk& chunk) { sample.take(chunk); }});
     }
 
     Status makeColumns(std::size_t index, const storage::StepFile& points, const ColumnSample& sample,
@@ -280,9 +281,10 @@ class Job {
         ColumnsRequest request;
         request.source = &unfiltered_;
         request.step = steps_[index];
-        request.context.mass = source_.mass();
-        const double mean = entry.statistics(static_cast<int>(*storage::findBeamStatistic("mean_p")));
-        request.context.meanMomentum = std::isnan(mean) ? 0.0 : mean;
+        request.context = contextOf(source_);
+        setMeans(
+            [&](std::string_view name) { return entry.statistics(static_cast<int>(*findStatistic(name))); },
+            request.context);
         request.directory = dataset_->directory();
         request.name = storage::columnsName(static_cast<std::uint32_t>(index));
         request.points = &points;
@@ -325,7 +327,7 @@ class Job {
             entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
         }
         noteLeftOut(particles, boundsGiven(), othersLeftOut_, progress_);
-        for (const auto& sentence : plotBounds_.notes(bounds_, axes_)) progress_.note(sentence);
+        for (const auto& sentence : plotBounds_.notes(axes_)) progress_.note(sentence);
         particles.mutable_notes()->Assign(progress_.notes().begin(), progress_.notes().end());
         if (progress_.cancelled()) return cancelledError();
         MOTE_RETURN_IF_ERROR(dataset_->writer().publish(manifest_));
@@ -359,7 +361,6 @@ class Job {
     std::vector<storage::StepFile::Places> places_;   ///< by selected step
     std::vector<std::uint64_t> leaves_;               ///< by selected step
     PlotBounds plotBounds_;
-    std::array<Range, 3> bounds_;
     Range densities_;
     std::uint64_t othersLeftOut_ = 0;  ///< particles that are not lost, of a plot of those that are
     proto::Manifest manifest_;

@@ -1,50 +1,53 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PlotAxis: a coordinate or derived quantity that a plot can have along an axis: its name, its unit, the
-// columns it is made from and its values. Pure functions.
+// PlotAxis: a quantity of a run that is read in chunks: what a plot can have along an axis, and what can be
+// kept as a column. An immutable value and pure functions.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "preprocess/readers/particle_source.h"
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
-enum class AxisKind { x, y, z, t, px, py, pz, r, theta, xp, yp, pr, delta, gamma, energy };
+class PlotAxis {
+  public:
+    /// By the name as in --axes: what a particle of the run has a number of (docs/NUMBERS.md). Errors, at
+    /// "axis NAME": as Quantity::make.
+    static Result<PlotAxis> make(std::string_view name, const ParticleSource& source);
 
-struct PlotAxis {
-    AxisKind kind;
-    std::string_view name;        ///< as in --axes
-    std::string_view unit;        ///< "m", "eV/c", "s", "rad", "eV" or "1"
-    std::vector<Column> columns;  ///< what it is made from, weight aside
-    bool needsMass = false;
-
+    const std::string& name() const { return quantity_.name(); }
+    const std::string& unit() const { return quantity_.unit(); }
+    /// What it is made from, weights of means aside.
+    const std::vector<Column>& columns() const { return columns_; }
     /// Whether its values are a column as it is.
-    bool isColumn() const { return kind <= AxisKind::pz; }
+    bool isColumn() const { return quantity_.isColumn(); }
+    /// Whether the means of the step's particles are needed.
+    bool needsMeans() const { return quantity_.needsMeans(); }
+
+    /// The value of each of the chunk's particles; not finite where it has none (px/pz at pz = 0). `out` has
+    /// the chunk's size. Uses all threads of the calling arena.
+    void evaluate(const ParticleChunk& chunk, const BeamContext& context, std::span<double> out) const;
+
+  private:
+    Quantity quantity_;
+    std::vector<Column> columns_;
 };
 
-/// What some axes need besides a particle's own columns.
-struct AxisContext {
-    double mass = 0.0;          ///< eV/c^2
-    double meanMomentum = 0.0;  ///< eV/c, weighted mean of |p| over the step's live particles; for delta
-};
+using PlotAxes = std::array<PlotAxis, 3>;
 
-/// Errors: invalidArgument, with all names.
-Result<PlotAxis> findAxis(std::string_view name);
+/// What a run has of columns, in the order of Column.
+std::vector<Column> columnsOf(const ParticleSource& source);
+/// As it is in messages, datasets and expressions.
+std::string columnName(Column column, const ParticleSource& source);
 
-/// Whether a run can give the axis. Errors: notFound, naming the axis, what it lacks and what there is.
-Status checkAxis(const PlotAxis& axis, const ParticleSource& source);
-
-/// The axis' value of each of the chunk's particles; not finite where it has none (px/pz at pz = 0). `out`
-/// has the chunk's size. Uses all threads of the calling arena.
-void evaluateAxis(const PlotAxis& axis, const ParticleChunk& chunk, const AxisContext& context,
-                  std::span<double> out);
-
-/// |p| of particle i of a chunk with px, py and pz, eV/c.
-double momentum(const ParticleChunk& chunk, std::size_t i);
+/// What formulas need of a run, but for its means.
+BeamContext contextOf(const ParticleSource& source);
 
 }  // namespace mote::prep

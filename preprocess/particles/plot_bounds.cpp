@@ -7,45 +7,56 @@
 
 namespace mote::prep {
 
-void PlotBounds::add(const StepBounds& step) {
-    for (std::size_t a = 0; a < 3; ++a) {
-        found_[a] = found_[a].united(step.ranges[a]);
-        cuts_[a].add(step.cuts[a]);
-    }
+namespace {
+
+Result<Range> widenedOf(const Range& found, const PlotAxis& axis) {
+    const auto range = widened(found);
+    if (range.ok()) return range;
+    return Error{range.error().code, fmt::format("axis {}", axis.name()), range.error().message};
 }
 
-Result<std::array<Range, 3>> PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes) const {
-    std::array<Range, 3> bounds;
+}  // namespace
+
+Status PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes, std::size_t steps) {
+    bounds_.resize(steps);
     for (std::size_t a = 0; a < 3; ++a) {
-        const auto given = std::ranges::find(job.bounds(), std::string(axes[a].name), &proto::Axis::name);
-        if (given != job.bounds().end()) {
-            bounds[a] = {given->min(), given->max()};
-            continue;
+        const auto given = std::ranges::find(job.bounds(), axes[a].name(), &proto::Axis::name);
+        const bool own = given != job.bounds().end() && isOfSteps(*given);
+        if (given != job.bounds().end() && !own) {
+            all_[a] = {given->min(), given->max()};
+        } else {
+            Range found;
+            for (const auto& step : steps_) found = found.united(step.ranges[a]);
+            if (found.empty()) return Error{ErrorCode::notFound, "", ""};
+            MOTE_ASSIGN_OR_RETURN(all_[a], widenedOf(found, axes[a]));
         }
-        if (found_[a].empty()) return Error{ErrorCode::notFound, "", ""};
-        const auto range = widened(found_[a]);
-        if (!range.ok()) {
-            return Error{range.error().code, fmt::format("axis {}", axes[a].name), range.error().message};
+        for (std::size_t step = 0; step < steps; ++step) {
+            bounds_[step][a] = all_[a];
+            // A step without a particle has no range.
+            if (!own || steps_[step].ranges[a].empty()) continue;
+            MOTE_ASSIGN_OR_RETURN(bounds_[step][a], widenedOf(steps_[step].ranges[a], axes[a]));
         }
-        bounds[a] = *range;
+        ofSteps_ = ofSteps_ || own;
     }
-    return bounds;
+    return success();
 }
 
-std::vector<std::string> PlotBounds::notes(const std::array<Range, 3>& bounds, const PlotAxes& axes) const {
+std::vector<std::string> PlotBounds::notes(const PlotAxes& axes) const {
     std::vector<std::string> sentences;
     for (std::size_t a = 0; a < 3; ++a) {
-        const auto& [particles, values] = cuts_[a];
-        if (particles == 0 || (bounds[a].contains(values.min) && bounds[a].contains(values.max))) continue;
-        const Range all = values.united(bounds[a]);
+        Cut cut;
+        for (const auto& step : steps_) cut.add(step.cuts[a]);
+        const auto& [particles, values] = cut;
+        if (particles == 0 || (all_[a].contains(values.min) && all_[a].contains(values.max))) continue;
+        const Range all = values.united(all_[a]);
         sentences.push_back(
             fmt::format("{} {} at {} {} lie by themselves, ten times further from the others' median than "
                         "all others, and "
                         "are left out; --bounds {}={}:{} keeps them",
-                        particles, particles == 1 ? "value" : "values", axes[a].name,
+                        particles, particles == 1 ? "value" : "values", axes[a].name(),
                         values.min == values.max ? fmt::format("{:.6g}", values.min)
                                                  : fmt::format("{:.6g} to {:.6g}", values.min, values.max),
-                        axes[a].name, all.min, all.max));
+                        axes[a].name(), all.min, all.max));
     }
     return sentences;
 }

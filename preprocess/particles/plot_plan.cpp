@@ -42,7 +42,7 @@ Status checkNumber(std::uint32_t value, std::uint32_t least, std::uint32_t great
 Status checkAxes(const proto::ParticlesJob& job) {
     if (job.axes_size() != 3)
         return invalid("axes", fmt::format("a plot has three axes, not {}", job.axes_size()));
-    for (const auto& name : job.axes()) MOTE_RETURN_IF_ERROR(findAxis(name));
+    for (const auto& name : job.axes()) MOTE_RETURN_IF_ERROR(Quantity::checkForm(name), "axes");
     if (std::set<std::string>(job.axes().begin(), job.axes().end()).size() != 3) {
         return invalid("axes", "the three axes must differ");
     }
@@ -59,6 +59,7 @@ Status checkBounds(const proto::ParticlesJob& job) {
                            fmt::format("\"{}\" is none of the plot's axes", bounds.name().substr(0, 40)));
         }
         if (!seen.insert(bounds.name()).second) return invalid(field, "gives an axis' bounds twice");
+        if (isOfSteps(bounds)) continue;
         if (!std::isfinite(bounds.max() - bounds.min()) || !(bounds.min() < bounds.max())) {
             return invalid(field, "bounds must be finite, the least below the greatest");
         }
@@ -86,8 +87,8 @@ MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::
     return plan;
 }
 
-proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes,
-                             const std::array<Range, 3>& bounds, const StepOptions& options) {
+proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, const PlotBounds& bounds,
+                             const StepOptions& options) {
     proto::Manifest manifest;
     manifest.set_kind("particles");
     manifest.set_format(storage::formatVersion);
@@ -95,17 +96,21 @@ proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes,
     *manifest.mutable_request() = portableRequest(asked.request, asked.inputs, asked.output);
     manifest.set_title(asked.request.title());
     if (asked.request.title().empty() && !asked.inputs.empty()) {
-        manifest.set_title(fmt::format("{}: {} {} {}", asked.inputs.front().filename().string(), axes[0].name,
-                                       axes[1].name, axes[2].name));
+        manifest.set_title(fmt::format("{}: {} {} {}", asked.inputs.front().filename().string(),
+                                       axes[0].name(), axes[1].name(), axes[2].name()));
     }
     auto& particles = *manifest.mutable_particles();
-    for (std::size_t a = 0; a < 3; ++a) {
-        auto& axis = *particles.add_axes();
-        axis.set_name(std::string(axes[a].name));
-        axis.set_unit(std::string(axes[a].unit));
-        axis.set_min(bounds[a].min);
-        axis.set_max(bounds[a].max);
-    }
+    const auto add = [&](const std::array<Range, 3>& ranges) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            auto& axis = *particles.add_axes();
+            axis.set_name(axes[a].name());
+            axis.set_unit(axes[a].unit());
+            axis.set_min(ranges[a].min);
+            axis.set_max(ranges[a].max);
+        }
+    };
+    add(bounds.all());
+    for (std::size_t step = 0; bounds.ofSteps() && step < bounds.steps(); ++step) add(bounds.of(step));
     particles.set_volume_level(options.volumeLevel);
     particles.set_leaf_capacity(options.octree.leafCapacity);
     particles.set_max_level(options.octree.maxLevel);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "preprocess/particles/bounds_rule.h"
+#include "preprocess/particles/plot_bounds.h"
 #include "preprocess/particles/step_builder.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -32,7 +33,7 @@ struct PlotRequest {
     const std::filesystem::path& output;
 };
 
-proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes,
-                             const std::array<Range, 3>& bounds, const StepOptions& options);
+proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, const PlotBounds& bounds,
+                             const StepOptions& options);
 
 }  // namespace mote::prep

@@ -18,7 +18,7 @@ namespace {
 
 std::vector<Column> wantedColumns(const PlotAxes& axes) {
     std::set<Column> columns{Column::weight};
-    for (const auto& axis : axes) columns.insert(axis.columns.begin(), axis.columns.end());
+    for (const auto& axis : axes) columns.insert(axis.columns().begin(), axis.columns().end());
     return {columns.begin(), columns.end()};
 }
 
@@ -30,22 +30,61 @@ bool isWeight(double weight) {
     return std::isfinite(weight) && weight >= 0.0;
 }
 
-/// Weights times momenta of a block, and the weights.
-struct MomentumSum {
+/// Weights times values of a block, and the weights. Coordinates are counted from the first of them, so that
+/// a bunch far from 0 loses nothing.
+struct MeanSum {
+    double from = 0.0;
     double product = 0.0;
     double weight = 0.0;
+
+    void add(double value, double times) {
+        product += times * (value - from);
+        weight += times;
+    }
 };
 
-MomentumSum momentumSum(const ParticleChunk& chunk) {
-    MomentumSum sum;
+/// Of the coordinates, and of |p|.
+struct MeanSums {
+    std::array<MeanSum, 8> of;
+};
+constexpr std::size_t momentumSum = 7;
+
+template <class Value>
+MeanSum meanSum(const ParticleChunk& chunk, bool fromFirst, Value value) {
+    MeanSum sum;
     for (std::size_t i = 0; i < chunk.size; ++i) {
-        const double p = momentum(chunk, i);
         const double weight = chunk[Column::weight][i];
-        if (isLost(chunk, i) || !std::isfinite(p) || !isWeight(weight)) continue;
-        sum.product += weight * p;
-        sum.weight += weight;
+        if (isLost(chunk, i) || !std::isfinite(value(i)) || !isWeight(weight)) continue;
+        if (fromFirst && sum.weight == 0.0) sum.from = value(i);
+        sum.add(value(i), weight);
     }
     return sum;
+}
+
+MeanSums meanSums(const ParticleChunk& chunk, const std::vector<Column>& columns) {
+    MeanSums sums;
+    for (const auto column : columns) {
+        const auto at = static_cast<std::size_t>(column);
+        if (at < momentumSum)
+            sums.of[at] = meanSum(chunk, true, [&](std::size_t i) { return chunk[column][i]; });
+    }
+    if (!std::ranges::includes(columns, std::array{Column::px, Column::py, Column::pz})) return sums;
+    sums.of[momentumSum] = meanSum(chunk, false, [&](std::size_t i) {
+        return std::hypot(chunk[Column::px][i], chunk[Column::py][i], chunk[Column::pz][i]);
+    });
+    return sums;
+}
+
+/// Of blocks, in their order; NaN where none has weight.
+double meanOf(const std::vector<MeanSum>& blocks) {
+    MeanSum total;
+    for (const auto& block : blocks) {
+        if (!(block.weight > 0.0)) continue;
+        if (total.weight == 0.0) total.from = block.from;
+        total.product += block.product + block.weight * (block.from - total.from);
+        total.weight += block.weight;
+    }
+    return total.from + total.product / total.weight;
 }
 
 }  // namespace
@@ -57,16 +96,16 @@ struct StepReader::Slot {
     ParticleChunk chunk;
     ParticleBlock block;
 
-    void collect(const PlotAxes& axes, const AxisContext& context) {
+    void collect(const PlotAxes& axes, const BeamContext& context) {
         const std::size_t size = chunk.size;
         // Derived axes first: what is a column of the source changes places with it.
         for (std::size_t a = 0; a < 3; ++a) {
-            if (axes[a].isColumn()) continue;
+            if (isMoved(axes[a])) continue;
             block.coordinate[a].resize(size);
-            evaluateAxis(axes[a], chunk, context, block.coordinate[a]);
+            axes[a].evaluate(chunk, context, block.coordinate[a]);
         }
         for (std::size_t a = 0; a < 3; ++a) {
-            if (axes[a].isColumn()) block.coordinate[a].swap(chunk[axes[a].columns.front()]);
+            if (isMoved(axes[a])) block.coordinate[a].swap(chunk[axes[a].columns().front()]);
             block.coordinate[a].resize(size);
         }
         block.weight.swap(chunk[Column::weight]);
@@ -79,6 +118,10 @@ struct StepReader::Slot {
     }
 
   private:
+    /// The weight is needed besides.
+    static bool isMoved(const PlotAxis& axis) {
+        return axis.isColumn() && axis.columns().front() != Column::weight;
+    }
     bool isValid(std::size_t i) const {
         return std::isfinite(block.coordinate[0][i]) && std::isfinite(block.coordinate[1][i]) &&
                std::isfinite(block.coordinate[2][i]) && isWeight(block.weight[i]);
@@ -136,11 +179,8 @@ Result<StepReader> StepReader::open(ParticleSource& source, std::size_t step, co
     reader.first_ = blocks * rank / size;
     reader.kept_.resize(blocks * (rank + 1) / size - reader.first_);
     reader.keeps_ = reader.kept_.size() * blockRows * particleBytes <= mayKeep;
-    reader.context_.mass = source.mass();
-    if (std::any_of(axes.begin(), axes.end(),
-                    [](const auto& axis) { return axis.kind == AxisKind::delta; })) {
-        MOTE_RETURN_IF_ERROR(reader.findMeanMomentum(ranks));
-    }
+    reader.context_ = contextOf(source);
+    if (std::ranges::any_of(axes, &PlotAxis::needsMeans)) MOTE_RETURN_IF_ERROR(reader.findMeans(ranks));
     return reader;
 }
 
@@ -154,26 +194,25 @@ Status StepReader::readBlock(std::size_t index, const std::vector<Column>& wante
     return success();
 }
 
-/// Weighted mean of |p| over the live particles of all ranks, block by block in their order; 0 without any.
-Status StepReader::findMeanMomentum(Communicator& ranks) {
-    const std::vector<Column> wanted{Column::px, Column::py, Column::pz, Column::weight};
-    std::vector<MomentumSum> sums;
+/// Weighted means over the live particles of all ranks, block by block in their order.
+Status StepReader::findMeans(Communicator& ranks) {
+    const auto wanted = wantedColumns(*axes_);
+    std::vector<MeanSums> sums;
     ParticleChunk chunk;
     Status status = success();
     for (std::size_t index = 0; index < blockCount() && status.ok(); ++index) {
         status = readBlock(index, wanted, chunk);
-        if (status.ok()) sums.push_back(momentumSum(chunk));
+        if (status.ok()) sums.push_back(meanSums(chunk, wanted));
     }
     MOTE_RETURN_IF_ERROR(agree(ranks, status));
-    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<MomentumSum>(ranks, sums));
-    MomentumSum total;
-    for (const auto& ofRank : all) {
-        for (const auto& sum : ofRank) {
-            total.product += sum.product;
-            total.weight += sum.weight;
+    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<MeanSums>(ranks, sums));
+    for (std::size_t i = 0; i <= momentumSum; ++i) {
+        std::vector<MeanSum> blocks;
+        for (const auto& ofRank : all) {
+            for (const auto& block : ofRank) blocks.push_back(block.of[i]);
         }
+        (i == momentumSum ? context_.meanMomentum : context_.mean[i]) = meanOf(blocks);
     }
-    context_.meanMomentum = total.weight > 0.0 ? total.product / total.weight : 0.0;
     return success();
 }
 

@@ -32,8 +32,6 @@ struct ParticleBlock {
     std::uint64_t bytes() const { return size() * (4 * sizeof(double) + sizeof(std::uint32_t)); }
 };
 
-using PlotAxes = std::array<PlotAxis, 3>;
-
 class StepReader {
   public:
     static constexpr std::uint64_t blockRows = std::uint64_t{1} << 18;
@@ -61,7 +59,7 @@ class StepReader {
     struct Slot;
     StepReader(ParticleSource& source, std::size_t step, const PlotAxes& axes, const Progress& progress);
     Status readBlock(std::size_t index, const std::vector<Column>& wanted, ParticleChunk& chunk);
-    Status findMeanMomentum(Communicator& ranks);
+    Status findMeans(Communicator& ranks);
     void keep(std::size_t index, Slot& slot);
 
     ParticleSource* source_;
@@ -72,7 +70,7 @@ class StepReader {
     std::size_t first_ = 0;
     bool keeps_ = false;
     std::uint64_t keptBytes_ = 0;
-    AxisContext context_;
+    BeamContext context_;
     std::vector<std::optional<ParticleBlock>> kept_;  ///< by block of this rank
     std::vector<std::unique_ptr<Slot>> slots_;        ///< used again by each pass
 };

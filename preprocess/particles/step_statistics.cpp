@@ -39,6 +39,8 @@ class Statistics {
             if (source_.has(column)) wanted_.push_back(column);
         }
         wanted_.push_back(Column::weight);
+        read_ = wanted_;
+        read_.insert(read_.end(), request.records.begin(), request.records.end());
         const std::uint64_t rows = source_.steps()[request.step].particles;
         const std::uint64_t chunks = (rows + rowsOfChunk - 1) / rowsOfChunk;
         const auto size = static_cast<std::uint64_t>(ranks_.size());
@@ -55,7 +57,7 @@ class Statistics {
     /// All rows once, for who observes them.
     Status look() {
         if (!request_.observe) return success();
-        return agree(ranks_, forEachChunk(source_, request_.step, begin_, end_, wanted_, *request_.progress,
+        return agree(ranks_, forEachChunk(source_, request_.step, begin_, end_, read_, *request_.progress,
                                           request_.observe));
     }
 
@@ -89,7 +91,7 @@ class Statistics {
             use(rowsOf(live), live);
         };
         MOTE_RETURN_IF_ERROR(
-            forEachChunk(source_, request_.step, begin_, end_, wanted_, *request_.progress, take));
+            forEachChunk(source_, request_.step, begin_, end_, read_, *request_.progress, take));
         haveKept_ = observed_ = true;
         return success();
     }
@@ -177,7 +179,7 @@ class Statistics {
     const StatisticsRequest& request_;
     ParticleSource& source_;
     Communicator& ranks_;
-    std::vector<Column> wanted_;
+    std::vector<Column> wanted_, read_;  ///< for sums; and what is read with them
     std::uint64_t begin_ = 0, end_ = 0;  ///< rows of this rank
     bool keeps_ = false, haveKept_ = false, observed_ = false;
     std::vector<Live> kept_;  ///< by chunk

@@ -23,11 +23,12 @@ struct StatisticsRequest {
     std::uint64_t memory = 0;  ///< bytes that this rank may take
     Communicator* ranks = nullptr;
     const Progress* progress = nullptr;
+    std::vector<Column> records = {};  ///< that `observe` is shown besides
     /// Called once with each chunk of this rank, from any thread, as it comes from the source.
     std::function<void(const ParticleChunk&)> observe = {};
 };
 
-/// By storage::beamStatistics(), of the particles that take part; the source's own where it has them. Errors:
+/// By mote::statistics(), of the particles that take part; the source's own where it has them. Errors:
 /// the source's own, cancelled; the same on all ranks.
 Result<std::vector<double>> stepStatistics(const StatisticsRequest& request);
 

@@ -35,6 +35,7 @@ struct FieldMeaning {
         beam,    ///< of openPMD's beam physics: 1 live, 0 at the cathode and live; anything else: lost
         lost,    ///< 0: live, anything else: lost
         alive,   ///< 0: lost, anything else: live
+        record,  ///< the source's own, by its name
     };
     Kind kind = Kind::column;
     Column column = Column::x;
@@ -48,6 +49,10 @@ struct FieldMeaning {
 /// unit), invalidArgument (m c without a mass).
 Result<std::optional<FieldMeaning>> fieldMeaning(std::string_view name, double mass,
                                                  const std::string& where);
+
+/// What a field of no known meaning is: its name, and behind it in brackets its unit: "spin [hbar]". Nothing
+/// where the name cannot be that of a record: it is long, or that of a known quantity.
+std::optional<SourceRecord> recordOf(std::string_view name);
 
 /// Whether a value of a status, lost or alive field says that the particle is lost.
 inline bool saysLost(FieldMeaning::Kind kind, double value) {

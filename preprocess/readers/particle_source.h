@@ -5,6 +5,7 @@
 // position; no size that a file declares is believed before it is checked against the file.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -31,6 +32,19 @@ enum class Column : std::uint8_t {
 };
 inline constexpr std::size_t columnCount = 9;
 
+/// What else a run has of each particle, in every step: by the source's own name, in its unit.
+struct SourceRecord {
+    std::string name, unit;
+};
+inline constexpr std::size_t mostRecords = 64;
+constexpr bool isRecord(Column column) {
+    return static_cast<std::size_t>(column) >= columnCount;
+}
+/// The column of a run's record: those come behind the others.
+constexpr Column recordColumn(std::size_t record) {
+    return static_cast<Column>(columnCount + record);
+}
+
 constexpr bool isMomentum(Column column) {
     return column == Column::px || column == Column::py || column == Column::pz;
 }
@@ -47,7 +61,7 @@ struct SourceStep {
 struct ParticleChunk {
     std::uint64_t begin = 0;
     std::size_t size = 0;
-    std::vector<double> columns[columnCount - 1];  ///< by Column, up to weight
+    std::array<std::vector<double>, columnCount + mostRecords> columns;  ///< by Column; of id none
     std::vector<std::uint64_t> id;
     std::vector<std::uint8_t> lost;  ///< 1 where the source marks the particle as lost
 
@@ -64,6 +78,8 @@ class ParticleSource {
     virtual const std::vector<SourceStep>& steps() const = 0;
     /// Whether the run has the column, in every step.
     virtual bool has(Column column) const = 0;
+    /// What it has besides, at most mostRecords; names differ from those of all known quantities.
+    virtual std::vector<SourceRecord> records() const { return {}; }
     /// Rest mass of one real particle, eV/c^2; 0 where the source does not say.
     virtual double mass() const = 0;
     /// What the particles are, as openPMD's SpeciesType has it ("electron", "positron", "#12C+3"); "" where
@@ -76,7 +92,7 @@ class ParticleSource {
     /// What it holds of particles that are lost, where that is settled: "without", "with" or "only"; "": it
     /// marks them.
     virtual std::string lostParticles() const { return ""; }
-    /// A step's statistics by storage::beamStatistics(), where the source keeps them; else none.
+    /// A step's statistics by mote::statistics(), where the source keeps them; else none.
     virtual std::vector<double> statistics(std::size_t) const { return {}; }
     /// Reads rows [begin, begin + count) of a step, `count` at most 2^22. Missing weights are 1, missing ids
     /// the row.

@@ -73,7 +73,7 @@ Status SeriesSource::read(std::size_t step, std::uint64_t begin, std::size_t cou
             std::iota(chunk.id.begin(), chunk.id.end(), begin);
         } else if (column == Column::weight) {
             chunk[column].assign(count, 1.0);
-        } else if (has(column)) {
+        } else if (isRecord(column) || has(column)) {
             chunk[column].resize(count);
         } else {
             return invalid(steps_[step].file, "has not all columns that were asked for");

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "protocol/scene/column_name.h"
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/fields/resolve.h"
 
 namespace mote {

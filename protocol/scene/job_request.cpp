@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "protocol/scene/column_name.h"
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/film_job.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/step_range.h"
@@ -68,7 +68,7 @@ Status checkAxes(const proto::ParticlesJob& job) {
     for (int i = 0; i < 3; ++i) {
         const auto field = fmt::format("axes[{}]", i);
         if (job.axes(i).empty()) return invalid(field, "is empty");
-        MOTE_RETURN_IF_ERROR(checkWord(job.axes(i), field));
+        MOTE_RETURN_IF_ERROR(checkColumnName(job.axes(i), field));
         for (int j = 0; j < i; ++j) {
             if (job.axes(i) == job.axes(j))
                 return invalid(field, fmt::format("\"{}\" is given twice", job.axes(i)));
@@ -84,8 +84,9 @@ Status checkBounds(const proto::ParticlesJob& job) {
     for (int i = 0; i < job.bounds_size(); ++i) {
         const auto& axis = job.bounds(i);
         const auto field = fmt::format("bounds[{}]", i);
-        MOTE_RETURN_IF_ERROR(checkWord(axis.name(), field + ".name"));
+        MOTE_RETURN_IF_ERROR(checkColumnName(axis.name(), field + ".name"));
         MOTE_RETURN_IF_ERROR(checkWord(axis.unit(), field + ".unit"));
+        if (axis.unit() == "step") continue;  // each step's own
         if (!std::isfinite(axis.min()) || !std::isfinite(axis.max()) || !(axis.min() < axis.max())) {
             return invalid(field, "needs finite numbers, min below max");
         }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "protocol/quantity/plot_axes.h"
+
 namespace mote {
 namespace {
 
@@ -124,16 +126,19 @@ bool findSeam(const ParticlesStyle& style, double& t, double& extinction) {
 
 }  // namespace
 
-PlotDensity PlotDensity::of(const proto::ParticlesManifest& plot) {
+PlotDensity PlotDensity::of(const proto::ParticlesManifest& plot, std::uint32_t step) {
     PlotDensity density{.scale = {plot.density_min(), plot.density_max()}};
     double weight = 0.0, particles = 0.0;
-    for (const auto& step : plot.steps()) {
-        density.particles = std::max<std::uint64_t>(density.particles, step.particles());
-        weight += step.total_weight();
-        particles += static_cast<double>(step.particles());
+    for (const auto& each : plot.steps()) {
+        density.particles = std::max<std::uint64_t>(density.particles, each.particles());
+        weight += each.total_weight();
+        particles += static_cast<double>(each.particles());
     }
     if (particles > 0.0) density.meanWeight = weight / particles;
-    for (const auto& axis : plot.axes()) density.span *= axis.max() - axis.min();
+    for (int a = 0; a < std::min(plot.axes_size(), axesOfPlot); ++a) {
+        const auto& axis = axisOf(plot, a, step);
+        density.span *= axis.max() - axis.min();
+    }
     return density;
 }
 

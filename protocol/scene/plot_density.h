@@ -19,7 +19,7 @@ struct PlotDensity {
     double meanWeight = 0.0;      ///< of a particle of all steps; 0: they weigh nothing
     double span = 1.0;            ///< the product of what the axes span, in their units
 
-    static PlotDensity of(const proto::ParticlesManifest& plot);
+    static PlotDensity of(const proto::ParticlesManifest& plot, std::uint32_t step = 0);
 };
 
 /// The optical area of a particle of the mean weight in a plot of so many, in square units of layer space,

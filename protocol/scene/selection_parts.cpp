@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/check.h"
-#include "protocol/scene/column_name.h"
 #include "protocol/scene/point_list.h"
 #include "protocol/scene/transform.h"
 

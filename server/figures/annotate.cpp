@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <glm/common.hpp>
 
+#include "protocol/quantity/plot_axes.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "server/figures/annotation_bars.h"
@@ -34,11 +35,12 @@ std::vector<PlotBox> boxesOf(const View& view, const std::vector<LayerFacts>& la
     std::vector<PlotBox> boxes;
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const Layer& layer = view.layers[i];
-        const bool plot = layers[i].manifest != nullptr && layers[i].manifest->particles().axes_size() == 3;
+        const bool plot =
+            layers[i].manifest != nullptr && layers[i].manifest->particles().axes_size() >= axesOfPlot;
         if (!plot || !(layer.opacity > 0.0)) continue;
         PlotBox box{{}, layer.transform};
         for (int axis = 0; axis < 3; ++axis) {
-            const auto& of = layers[i].manifest->particles().axes(axis);
+            const auto& of = axisOf(layers[i].manifest->particles(), axis, layer.step);
             box.axes[static_cast<std::size_t>(axis)] = {of.name(), of.unit(), of.min(), of.max()};
         }
         if (std::find(boxes.begin(), boxes.end(), box) == boxes.end()) boxes.push_back(std::move(box));

@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "protocol/quantity/manifest_columns.h"
+#include "protocol/quantity/plot_axes.h"
 #include "server/figures/color_bar.h"
 #include "server/figures/projection.h"
 #include "server/figures/quantity_text.h"
@@ -35,10 +37,11 @@ struct Bar {
 
 /// What a density is told in: one over the product of the axes' units, each with the prefix that suits it.
 /// Returns the factor from a weight over the plot's share of its box.
-double densityUnit(const proto::ParticlesManifest& plot, RichText& unit) {
+double densityUnit(const proto::ParticlesManifest& plot, std::uint32_t step, RichText& unit) {
     double volume = 1.0;
     std::map<std::pair<std::string, int>, int> powers;
-    for (const auto& axis : plot.axes()) {
+    for (int a = 0; a < std::min(plot.axes_size(), axesOfPlot); ++a) {
+        const auto& axis = axisOf(plot, a, step);
         const int prefix = prefixPower(axis.unit(), std::max(std::abs(axis.min()), std::abs(axis.max())));
         volume *= (axis.max() - axis.min()) / std::pow(10.0, prefix);
         if (axis.unit() != "1" && !axis.unit().empty()) ++powers[{axis.unit(), prefix}];
@@ -64,14 +67,16 @@ bool hasDensityRange(const Layer& layer) {
     return layer.particles() != nullptr && layer.particles()->densityRange.has_value();
 }
 
-/// `whole`: also of what its colours would be beyond the plot's densities.
-std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFunction& transfer, bool whole) {
+/// With a range of its own also of what its colours would be beyond the plot's densities.
+std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFunction& transfer,
+                              const Layer& layer) {
     const auto& plot = manifest.particles();
     RichText unit;
-    const double factor = densityUnit(plot, unit);
+    const double factor = densityUnit(plot, layer.step, unit);
     const double decades = std::log(plot.density_max() / plot.density_min());
     const ValueRange& all = transfer.colorRange;  // of t
-    const ValueRange shown = whole ? all : ValueRange{std::max(all.low, 0.0), std::min(all.high, 1.0)};
+    const ValueRange shown =
+        hasDensityRange(layer) ? all : ValueRange{std::max(all.low, 0.0), std::min(all.high, 1.0)};
     const double low = plot.density_min() * std::exp(shown.low * decades) * factor;
     const double high = plot.density_min() * std::exp(shown.high * decades) * factor;
     if (!(low > 0.0) || !(high > low) || !std::isfinite(high)) return std::nullopt;
@@ -95,18 +100,6 @@ std::optional<Bar> valueBar(const proto::Manifest& manifest, const TransferFunct
     return Bar{{range.low, range.high}, manifest.hybrid().value_unit(), upright("value"), color, ""};
 }
 
-std::string unitOfColumn(const proto::Manifest& manifest, const std::string& column) {
-    for (const auto& of : manifest.particles().columns()) {
-        if (of.name() == column) return of.unit();
-    }
-    // Of what is derived from columns.
-    static const std::map<std::string, std::string> derived{{"r", "m"},      {"theta", "rad"}, {"xp", "rad"},
-                                                            {"yp", "rad"},   {"pr", "eV/c"},   {"p", "eV/c"},
-                                                            {"energy", "eV"}};
-    const auto found = derived.find(column);
-    return found == derived.end() ? "1" : found->second;
-}
-
 std::optional<Bar> columnBar(const Layer& layer, const LayerFacts& facts) {
     const auto& by = *layer.colorBy;
     std::optional<ValueRange> range = facts.colorRange ? facts.colorRange : by.range;
@@ -115,7 +108,7 @@ std::optional<Bar> columnBar(const Layer& layer, const LayerFacts& facts) {
     }
     if (!range || !(range->low < range->high)) return std::nullopt;
     return Bar{{range->low, range->high},
-               unitOfColumn(*facts.manifest, by.column),
+               unitOfQuantity(by.column, columnsOf(facts.manifest->particles())),
                quantityText(by.column),
                [map = by.colorMap](double share) { return map(share); },
                std::string(by.colorMap.name())};
@@ -136,7 +129,7 @@ std::vector<Bar> barsOf(const View& view, const std::vector<LayerFacts>& layers)
         const auto& facts = layers[i];
         if (facts.manifest == nullptr || !(view.layers[i].opacity > 0.0)) continue;
         if (facts.transfer && facts.manifest->has_particles())
-            add(densityBar(*facts.manifest, *facts.transfer, hasDensityRange(view.layers[i])),
+            add(densityBar(*facts.manifest, *facts.transfer, view.layers[i]),
                 std::string(facts.transfer->colorMap.name()));
         if (facts.transfer && facts.manifest->has_hybrid())
             add(valueBar(*facts.manifest, *facts.transfer), std::string(facts.transfer->colorMap.name()));

@@ -5,15 +5,19 @@
 #include <array>
 #include <utility>
 
+#include "protocol/quantity/known_quantity.h"
+
 namespace mote::server {
 namespace {
 
-RichText indexed(std::string symbol, std::string index) {
-    return {{std::move(symbol), true, Script::normal}, {std::move(index), true, Script::below}};
-}
-
-RichText indexedUpright(std::string symbol, std::string index) {
-    return {{std::move(symbol), true, Script::normal}, {std::move(index), false, Script::below}};
+/// A letter and its index: "p_x", "E_kin"; a word stands upright.
+RichText symbolText(std::string_view symbol) {
+    const auto at = symbol.find('_');
+    RichText text = italic(std::string(symbol.substr(0, at)));
+    if (at == std::string_view::npos) return text;
+    const auto index = symbol.substr(at + 1);
+    text.push_back({std::string(index), index.size() == 1, Script::below});
+    return text;
 }
 
 /// All of a text lowered: the index of a symbol.
@@ -75,14 +79,9 @@ constexpr std::array words{Symbol{"mean_", "mean\u2009"}, Symbol{"min_", "min\u2
 }  // namespace
 
 RichText quantityText(std::string_view name) {
-    if (name.size() == 1) return italic(std::string(name));
-    if (name == "xp" || name == "yp") return italic(std::string(name.substr(0, 1)) + "\u2032");
-    if (name.size() == 2 && name[0] == 'p') return indexed("p", std::string(name.substr(1)));
-    if (name == "theta") return italic("\u03b8");
-    if (name == "delta") return italic("\u03b4");
-    if (name == "gamma") return italic("\u03b3");
-    if (name == "energy") return indexedUpright("E", "kin");
-    return upright(std::string(name));
+    const auto* const known = findKnownQuantity(name);
+    if (known != nullptr && name != "weight") return symbolText(known->symbol);
+    return name.size() == 1 ? italic(std::string(name)) : upright(std::string(name));
 }
 
 RichText statisticText(std::string_view name) {

@@ -28,7 +28,7 @@ class Gathering {
     Result<LayerData> gather() {
         MOTE_ASSIGN_OR_RETURN(out_.step, data_.step(layer_.dataset, layer_.step));
         MOTE_ASSIGN_OR_RETURN(entry_, data_.dataset(layer_.dataset));
-        out_.plot = PlotDensity::of(entry_.manifest->particles());
+        out_.plot = PlotDensity::of(entry_.manifest->particles(), layer_.step);
         if (!layer_.select && !layer_.highlight && !layer_.colorBy && !layer_.paths) return out_;
         const auto whole = out_.step;
         MOTE_RETURN_IF_ERROR(gatherChosen(whole));

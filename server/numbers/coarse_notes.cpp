@@ -10,8 +10,8 @@
 #include <set>
 #include <string_view>
 
-#include "protocol/scene/derived_quantity.h"
-#include "storage/beam/beam_statistics.h"
+#include "protocol/quantity/statistic.h"
+#include "storage/beam/quantity_reader.h"
 
 namespace mote::server {
 namespace {
@@ -34,27 +34,20 @@ const storage::ColumnInfo* columnOf(const storage::ParticleColumns& columns, con
     return place ? &columns.columns()[*place] : nullptr;
 }
 
-/// The columns that a statistic is made of: those of the quantities in its name, and of a plane's.
-void addColumnsOf(std::string_view statistic, std::set<std::string, std::less<>>& all) {
-    const auto add = [&](std::initializer_list<std::string_view> names) {
-        all.insert(names.begin(), names.end());
-    };
-    const bool plane = statistic.starts_with("norm_") || statistic.starts_with("emit") ||
-                       statistic.starts_with("twiss_") || statistic.starts_with("halo_");
-    for (std::size_t begin = 0; begin <= statistic.size();) {
-        const auto end = std::min(statistic.find('_', begin), statistic.size());
-        const auto word = statistic.substr(begin, end - begin);
-        begin = end + 1;
-        if (word == "4d") add({"x", "px", "y", "py"});
-        if (const auto* derived = findDerivedQuantity(word)) {
-            all.insert(derived->columns.begin(), derived->columns.end());
-        } else if (plane && (word == "x" || word == "y")) {
-            all.insert({std::string(word), "p" + std::string(word), "pz"});
-        } else if (plane && word == "z") {
-            add({"z", "px", "py", "pz"});
-        } else {
-            all.emplace(word);
-        }
+/// The columns that a statistic is made from.
+void addColumnsOf(std::string_view statistic, const storage::ParticleColumns& columns,
+                  std::set<std::string, std::less<>>& all) {
+    if (const auto known = findStatistic(statistic)) {
+        const auto& own = statistics()[*known].columns;
+        all.insert(own.begin(), own.end());
+        return;
+    }
+    const auto parsed = parseQuantityStatistic(statistic);
+    if (!parsed) return;
+    for (const auto& name : parsed->quantities) {
+        const auto quantity = Quantity::make(name, storage::runOf(columns, {}));
+        if (!quantity.ok()) continue;
+        for (const auto column : quantity->columns()) all.insert(columns.columns()[column].name);
     }
 }
 
@@ -68,7 +61,7 @@ struct Spread {
 class Spreads {
   public:
     explicit Spreads(const storage::ColumnInfo& info) : info_(info) {
-        const auto place = [&](const std::string& name) { return storage::findBeamStatistic(name); };
+        const auto place = [&](const std::string& name) { return findStatistic(name); };
         const auto count = place("n_finite"), sigma = place("sigma_" + info.name);
         const auto low = place("min_" + info.name), high = place("max_" + info.name);
         known_ = count && sigma && low && high;
@@ -93,7 +86,7 @@ std::vector<std::string> notesOfStatistics(const storage::ParticleColumns& colum
                                            const storage::PointStatistics& found,
                                            std::span<const std::string> names) {
     std::set<std::string, std::less<>> asked;
-    for (const std::string& name : names) addColumnsOf(name, asked);
+    for (const std::string& name : names) addColumnsOf(name, columns, asked);
     std::vector<std::string> notes;
     for (const auto& info : columns.columns()) {
         const Spreads spreads(info);
@@ -139,7 +132,7 @@ std::vector<std::string> notesOfValues(const storage::ParticleColumns& columns, 
         high = std::max(high, value);
     }
     // One value of all: of coordinates that may be lost detail, of weights and the like it is what they are.
-    const bool coordinate = storage::findBeamStatistic("sigma_" + column).has_value();
+    const bool coordinate = findStatistic("sigma_" + column).has_value();
     if (!(low <= high) || (low == high && !coordinate)) return {};
     const double step = stepOf(*info, low, high);
     if (!(high - low < fewestSteps * step) || !(step > 0.0)) return {};

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/scene/column_name.h"
 #include "server/numbers/coarse_notes.h"
 #include "server/numbers/query_parts.h"
 #include "storage/numbers/column_pieces.h"

@@ -8,24 +8,16 @@
 #include <limits>
 #include <optional>
 
-#include "protocol/scene/derived_quantity.h"
+#include "protocol/quantity/manifest_columns.h"
+#include "protocol/quantity/statistic.h"
 #include "server/figures/draw_figure.h"
 #include "server/numbers/histogram_part.h"
 #include "server/numbers/query_parts.h"
-#include "storage/beam/beam_statistics.h"
 
 namespace mote::server {
 namespace {
 
 constexpr std::size_t mostCells = std::size_t{1} << 24;  // of a waterfall
-
-std::string unitOf(const proto::ParticlesManifest& manifest, const std::string& quantity) {
-    for (const auto& column : manifest.columns()) {
-        if (column.name() == quantity) return column.unit();
-    }
-    const auto* const derived = findDerivedQuantity(quantity);
-    return derived != nullptr ? std::string(derived->unit) : "1";
-}
 
 /// Means and moments of what lies in the bins, each bin's in its middle, with Sheppard's correction for the
 /// bins' width.
@@ -62,7 +54,7 @@ Result<std::optional<RmsEllipse>> ellipseOf(const HistogramPart::Axis& x, const 
     proto::StatisticsQuery query;
     for (const auto& name : {"mean_" + x.column, "mean_" + y.column, "sigma_" + x.column, "sigma_" + y.column,
                              "cov_" + x.column + "__" + y.column}) {
-        if (!storage::findBeamStatistic(name)) return std::optional<RmsEllipse>();
+        if (!findStatistic(name)) return std::optional<RmsEllipse>();
         query.add_names(name);
     }
     MOTE_ASSIGN_OR_RETURN(const auto part, statisticsPart(query));
@@ -71,6 +63,14 @@ Result<std::optional<RmsEllipse>> ellipseOf(const HistogramPart::Axis& x, const 
     const auto& values = answer.message.statistics().values();
     return std::optional(
         RmsEllipse{values[0], values[1], values[2] * values[2], values[4], values[3] * values[3]});
+}
+
+std::string unitOfFurther(const std::string& statistic, const proto::ParticlesManifest& manifest) {
+    const auto parsed = *parseQuantityStatistic(statistic);
+    std::vector<std::string> units;
+    for (const auto& quantity : parsed.quantities)
+        units.push_back(unitOfQuantity(quantity, mote::columnsOf(manifest)));
+    return parsed.unit(units);
 }
 
 void put(FigureDocument document, const FigureStyle& style, QueryAnswer& answer) {
@@ -123,7 +123,8 @@ class HistogramFigurePart final : public QueryPart {
         HistogramFigure figure{{}, std::move(counted.counts), unit};
         for (std::size_t i = 0; i < counted.edges.size(); ++i) {
             const auto& column = histogram_->axes()[i].column;
-            figure.axes.push_back({column, unitOf(manifest, column), std::move(counted.edges[i])});
+            figure.axes.push_back(
+                {column, unitOfQuantity(column, mote::columnsOf(manifest)), std::move(counted.edges[i])});
         }
         const bool alone = times_.empty() && answer.message.last();
         if (ofAllSteps() && !alone) return addStep(std::move(figure), question, answer);
@@ -174,6 +175,9 @@ class StatisticsFigurePart final : public QueryPart {
         MOTE_RETURN_IF_ERROR(statistics_->answer(question, numbers), "statistics");
         notes_.pass(numbers.message, answer.message);
         figure_.times.push_back(answer.message.time());
+        for (auto& series : figure_.series) {
+            if (!findStatistic(series.name)) series.unit = unitOfFurther(series.name, question.manifest());
+        }
         for (std::size_t i = 0; i < figure_.series.size(); ++i)
             figure_.series[i].values.push_back(numbers.message.statistics().values(static_cast<int>(i)));
         if (!answer.message.last()) return success();
@@ -195,18 +199,18 @@ MadePart statisticsFigurePart(const proto::FigureQuery& query, FigureStyle style
     StatisticsFigure figure;
     for (int i = 0; i < query.statistics_size(); ++i) {
         const auto& name = query.statistics(i);
-        const auto found = storage::findBeamStatistic(name);
-        if (!found) {
+        const auto found = findStatistic(name);
+        if (!found && !parseQuantityStatistic(name)) {
             return Error{
                 ErrorCode::notFound, fmt::format("statistics[{}]", i),
                 fmt::format("there is no statistic \"{}\"; docs/NUMBERS.md lists them", name.substr(0, 64))};
         }
         asked.add_names(name);
-        figure.series.push_back({name, storage::beamStatistics()[*found].unit, {}});
+        figure.series.push_back({name, found ? statistics()[*found].unit : "", {}});
     }
-    MOTE_ASSIGN_OR_RETURN(auto statistics, statisticsPart(asked));
+    MOTE_ASSIGN_OR_RETURN(auto part, statisticsPart(asked));
     return MadePart(
-        std::make_unique<StatisticsFigurePart>(std::move(style), std::move(statistics), std::move(figure)));
+        std::make_unique<StatisticsFigurePart>(std::move(style), std::move(part), std::move(figure)));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "protocol/scene/column_name.h"
+#include "protocol/quantity/quantity.h"
 #include "server/numbers/coarse_notes.h"
 #include "storage/numbers/bin_axis.h"
 

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <optional>
 
-#include "protocol/scene/column_name.h"
+#include "protocol/quantity/quantity.h"
+#include "protocol/quantity/statistic.h"
 #include "server/numbers/coarse_notes.h"
 #include "server/numbers/query_parts.h"
 #include "storage/beam/neutral_species.h"
+#include "storage/beam/quantity_reader.h"
 #include "storage/numbers/point_statistics.h"
 
 namespace mote::server {
@@ -23,9 +25,12 @@ class StatisticsPart final : public QueryPart {
 
     Status answer(const StepQuestion& question, QueryAnswer& answer) override {
         const auto& manifest = question.manifest();
-        if (question.everything() && !slices_ && manifest.statistic_names_size() > 0)
-            return ofManifest(question, answer);
+        auto& message = *answer.message.mutable_statistics();
+        const bool kept = question.everything() && !slices_ && manifest.statistic_names_size() > 0;
+        MOTE_ASSIGN_OR_RETURN(const auto asked, this->asked());
+        if (kept && asked.further.empty()) return ofManifest(question, message);
         MOTE_ASSIGN_OR_RETURN(const auto numbers, question.numbers());
+        MOTE_RETURN_IF_ERROR(checkFurther(numbers));
         MOTE_ASSIGN_OR_RETURN(const auto chosen, question.chosen());
         MOTE_ASSIGN_OR_RETURN(answer.memory, question.take(numbers.columns->pointCount() / statisticsShare));
         storage::BeamFacts facts;
@@ -35,29 +40,50 @@ class StatisticsPart final : public QueryPart {
         facts.weightUnit = manifest.weight_unit();
         facts.lost = question.everything() ? question.entry().lost() : 0;
         facts.meanMomentum = numbers.context.meanMomentum;
-        MOTE_ASSIGN_OR_RETURN(
-            const auto found,
-            storage::pointStatistics(numbers, facts, chosen.get(), slices_, passes(), question.cancelled()));
+        MOTE_ASSIGN_OR_RETURN(const auto found,
+                              storage::pointStatistics(numbers, facts, chosen.get(), slices_, passes(),
+                                                       question.cancelled(), asked.further));
         answer.memory.shrink(0);
         for (auto& note : notesOfStatistics(*numbers.columns, found, names_))
             answer.message.add_notes(std::move(note));
-        auto& message = *answer.message.mutable_statistics();
-        MOTE_RETURN_IF_ERROR(fill(found, message));
-        return success();
+        fill(found, asked.places, message);
+        return kept ? ofManifest(question, message) : success();
     }
 
   private:
-    /// What is asked for of all that there is.
-    Result<std::vector<std::size_t>> places() const {
+    /// Where the values that are asked for lie among all.
+    struct Asked {
         std::vector<std::size_t> places;
+        std::vector<QuantityStatistic> further;  ///< that the table does not have
+    };
+    Result<Asked> asked() const {
+        Asked asked;
+        const auto known = statistics().size();
         for (std::size_t i = 0; i < names_.size(); ++i) {
-            const auto place = storage::findBeamStatistic(names_[i]);
-            if (!place) return unknown(i);
-            places.push_back(*place);
+            const auto place = findStatistic(names_[i]);
+            asked.places.push_back(place.value_or(known + asked.further.size()));
+            if (place) continue;
+            auto further = parseQuantityStatistic(names_[i]);
+            if (!further) return unknown(i);
+            asked.further.push_back(*std::move(further));
         }
-        if (!names_.empty()) return places;
-        for (std::size_t i = 0; i < storage::beamStatistics().size(); ++i) places.push_back(i);
-        return places;
+        if (!names_.empty()) return asked;
+        for (std::size_t i = 0; i < known; ++i) asked.places.push_back(i);
+        return asked;
+    }
+
+    /// Whether the step has the quantities of further statistics.
+    Status checkFurther(const storage::StepNumbers& numbers) const {
+        for (std::size_t i = 0; i < names_.size(); ++i) {
+            const auto further = parseQuantityStatistic(names_[i]);
+            if (!further || findStatistic(names_[i])) continue;
+            const auto made =
+                storage::QuantityReader::make(*numbers.columns, numbers.context, further->quantities);
+            if (made.ok()) continue;
+            return Error{made.error().code, fmt::format("names[{}]", i),
+                         fmt::format("\"{}\" {}", made.error().where, made.error().message)};
+        }
+        return success();
     }
 
     storage::Passes passes() const {
@@ -72,10 +98,10 @@ class StatisticsPart final : public QueryPart {
                             names_[name].substr(0, 64))};
     }
 
-    Status fill(const storage::PointStatistics& found, proto::Statistics& message) const {
-        MOTE_ASSIGN_OR_RETURN(const auto places, this->places());
+    void fill(const storage::PointStatistics& found, const std::vector<std::size_t>& places,
+              proto::Statistics& message) const {
         for (std::size_t i = 0; i < places.size(); ++i) {
-            message.add_names(names_.empty() ? storage::beamStatistics()[places[i]].name : names_[i]);
+            message.add_names(names_.empty() ? statistics()[places[i]].name : names_[i]);
             message.add_values(found.values[places[i]]);
         }
         message.mutable_slice_edges()->Add(found.edges.begin(), found.edges.end());
@@ -83,28 +109,30 @@ class StatisticsPart final : public QueryPart {
             auto& values = *message.add_slices();
             for (const auto place : places) values.add_values(slice[place]);
         }
-        return success();
     }
 
-    /// As preparation found them, from the source's own values.
-    Status ofManifest(const StepQuestion& question, QueryAnswer& answer) const {
+    /// As preparation found them, from the source's own values; those that it did not stay.
+    Status ofManifest(const StepQuestion& question, proto::Statistics& message) const {
         const auto& known = question.manifest().statistic_names();
-        auto& message = *answer.message.mutable_statistics();
         if (names_.empty()) {
             *message.mutable_names() = known;
             *message.mutable_values() = question.entry().statistics();
             return success();
         }
-        for (std::size_t i = 0; i < names_.size(); ++i) {
-            auto at = std::ranges::find(known, names_[i]);
-            if (at == known.end()) {
-                // A covariance with its names changed about.
-                const auto place = storage::findBeamStatistic(names_[i]);
-                if (place) at = std::ranges::find(known, storage::beamStatistics()[*place].name);
+        for (int i = 0; i < static_cast<int>(names_.size()); ++i) {
+            const auto& name = names_[static_cast<std::size_t>(i)];
+            const auto place = findStatistic(name);
+            auto at = std::ranges::find(known, name);
+            // A covariance with its names changed about.
+            if (at == known.end() && place) at = std::ranges::find(known, statistics()[*place].name);
+            if (at == known.end() && i < message.names_size()) continue;
+            if (at == known.end()) return unknown(static_cast<std::size_t>(i));
+            const double value = question.entry().statistics(static_cast<int>(at - known.begin()));
+            if (i == message.names_size()) {
+                message.add_names(name);
+                message.add_values(value);
             }
-            if (at == known.end()) return unknown(i);
-            message.add_names(names_[i]);
-            message.add_values(question.entry().statistics(static_cast<int>(at - known.begin())));
+            message.set_values(i, value);
         }
         return success();
     }

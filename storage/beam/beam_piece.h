@@ -11,16 +11,8 @@
 #include <cstring>
 #include <functional>
 
+#include "protocol/quantity/any_vectors.h"
 #include "storage/beam/beam_statistics.h"
-
-/// A function made once for each width of vectors, with all that it calls. Contraction is off
-/// (CMakeLists.txt), so all give the same bits. Sanitizers are not ready when the loader chooses one.
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__) || defined(__clang__) || \
-    !defined(__x86_64__)
-#define MOTE_ANY_VECTORS
-#else
-#define MOTE_ANY_VECTORS __attribute__((flatten, target_clones("avx512f", "avx2", "default")))
-#endif
 
 namespace mote::storage {
 

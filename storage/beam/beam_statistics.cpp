@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/scene/mote_check.h"
 #include "storage/beam/moment_sums.h"
 
 namespace mote::storage {
@@ -18,40 +19,14 @@ constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double elementaryCharge = 1.602176634e-19;  // C, exact
 constexpr std::array<char, 3> planeNames{'x', 'y', 'z'};
 
-/// A quantity of particles with a mean, a spread and extremes.
-struct Spread {
-    std::string_view name, unit;
-};
-constexpr std::array<Spread, 13> spreads{{{"x", "m"},
-                                          {"y", "m"},
-                                          {"z", "m"},
-                                          {"t", "s"},
-                                          {"px", "eV/c"},
-                                          {"py", "eV/c"},
-                                          {"pz", "eV/c"},
-                                          {"energy", "eV"},
-                                          {"gamma", "1"},
-                                          {"p", "eV/c"},
-                                          {"xp", "rad"},
-                                          {"yp", "rad"},
-                                          {"delta", "1"}}};
+/// With a mean, a spread and extremes.
+constexpr std::array<std::string_view, 13> spreads{"x",      "y",     "z", "t",  "px", "py",   "pz",
+                                                   "energy", "gamma", "p", "xp", "yp", "delta"};
 /// Of covariances, in the order of system a.
-constexpr std::array<Spread, 8> paired{{{"x", "m"},
-                                        {"px", "eV/c"},
-                                        {"y", "m"},
-                                        {"py", "eV/c"},
-                                        {"z", "m"},
-                                        {"pz", "eV/c"},
-                                        {"t", "s"},
-                                        {"energy", "eV"}}};
+constexpr std::array<std::string_view, 8> paired{"x", "px", "y", "py", "z", "pz", "t", "energy"};
 
 enum InA : std::size_t { xA, pxA, yA, pyA, zA, pzA, tA, energyA, pA };
 enum InB : std::size_t { xB, xpB, yB, ypB, pB };
-
-std::string productUnit(std::string_view a, std::string_view b) {
-    if (a != b) return fmt::format("{} {}", a, b);
-    return a == "eV/c" ? "(eV/c)^2" : fmt::format("{}^2", a);
-}
 
 /// a d - b c, nearly as if rounded once.
 double determinant(double a, double b, double c, double d) {
@@ -59,24 +34,11 @@ double determinant(double a, double b, double c, double d) {
     return std::fma(a, d, -product) + std::fma(-b, c, product);
 }
 
-/// Names, units and values come from one walk, so that they cannot differ.
+/// Values in the order of statistics().
 class Walk {
   public:
-    virtual ~Walk() = default;
-    virtual void give(std::string name, std::string_view unit, double value) = 0;
-};
-
-class Names : public Walk {
-  public:
-    void give(std::string name, std::string_view unit, double) override {
-        all.push_back({std::move(name), std::string(unit)});
-    }
-    std::vector<BeamStatistic> all;
-};
-
-class Values : public Walk {
-  public:
-    void give(std::string, std::string_view, double value) override {
+    void give(const std::string& name, double value) {
+        MOTE_CHECK(name == statistics()[all.size()].name);
         all.push_back(std::isfinite(value) ? value : undefined);
     }
     std::vector<double> all;
@@ -114,7 +76,7 @@ class Beam {
         if (name == "xp") return knows(pA) ? of(sums_.b, xpB) : Summary();
         if (name == "yp") return knows(pA) ? of(sums_.b, ypB) : Summary();
         if (name == "p") return ofA(pA);
-        const auto* const found = std::ranges::find(paired, name, &Spread::name);
+        const auto* const found = std::ranges::find(paired, name);
         return ofA(static_cast<std::size_t>(found - paired.begin()));
     }
     double meanMomentum() const { return ofA(pA).mean; }
@@ -183,9 +145,9 @@ double determinantOf4(const Beam& beam) {
 
 void giveTwiss(Walk& walk, const std::string& ending, double qq, double qp, double pp) {
     const double emittance = area(qq, qp, pp);
-    walk.give("twiss_alpha_" + ending, "1", -qp / emittance);
-    walk.give("twiss_beta_" + ending, "m", qq / emittance);
-    walk.give("twiss_gamma_" + ending, "1/m", pp / emittance);
+    walk.give("twiss_alpha_" + ending, -qp / emittance);
+    walk.give("twiss_beta_" + ending, qq / emittance);
+    walk.give("twiss_gamma_" + ending, pp / emittance);
 }
 
 /// In x or y: with slopes; and with what goes with delta taken out.
@@ -199,11 +161,11 @@ void giveTransverse(Walk& walk, const Beam& beam, std::size_t plane) {
     const auto ending = fmt::format("{}_no_dispersion", name);
     const double freeQq = qq - qd * (qd / dd), freeQs = qs - qd * (sd / dd), freeSs = ss - sd * (sd / dd);
     const double reference = beam.meanMomentum();
-    walk.give(fmt::format("emit_{}", name), "m", area(qq, qs, ss));
+    walk.give(fmt::format("emit_{}", name), area(qq, qs, ss));
     giveTwiss(walk, std::string(1, name), qq, qs, ss);
-    walk.give(fmt::format("twiss_eta_{}", name), "m", qd / dd * reference);
-    walk.give(fmt::format("twiss_etap_{}", name), "1", sd / dd * reference);
-    walk.give("emit_" + ending, "m", area(freeQq, freeQs, freeSs));
+    walk.give(fmt::format("twiss_eta_{}", name), qd / dd * reference);
+    walk.give(fmt::format("twiss_etap_{}", name), sd / dd * reference);
+    walk.give("emit_" + ending, area(freeQq, freeQs, freeSs));
     giveTwiss(walk, ending, freeQq, freeQs, freeSs);
 }
 
@@ -212,7 +174,7 @@ void giveLongitudinal(Walk& walk, const Beam& beam) {
     const double reference = beam.meanMomentum();
     const double qq = beam.covariance(zA, zA), qd = beam.covariance(zA, pA) / reference,
                  dd = beam.covariance(pA, pA) / reference / reference;
-    walk.give("emit_z", "m", area(qq, qd, dd));
+    walk.give("emit_z", area(qq, qd, dd));
     giveTwiss(walk, "z", qq, qd, dd);
 }
 
@@ -220,13 +182,13 @@ void giveEmittances(Walk& walk, const Beam& beam, const BeamPercentiles& percent
     const double mass = beam.facts().mass > 0.0 ? beam.facts().mass : undefined;
     for (std::size_t plane = 0; plane < planeNames.size(); ++plane) {
         const std::size_t q = 2 * plane, p = q + 1;
-        walk.give(fmt::format("norm_emit_{}", planeNames[plane]), "m",
+        walk.give(fmt::format("norm_emit_{}", planeNames[plane]),
                   area(beam.covariance(q, q), beam.covariance(q, p), beam.covariance(p, p)) / mass);
     }
-    walk.give("norm_emit_4d", "m^2", std::sqrt(std::max(determinantOf4(beam), 0.0)) / mass / mass);
+    walk.give("norm_emit_4d", std::sqrt(std::max(determinantOf4(beam), 0.0)) / mass / mass);
     for (std::size_t plane = 0; plane < planeNames.size(); ++plane) {
         for (std::size_t i = 0; i < BeamPercentiles::percents.size(); ++i) {
-            walk.give(fmt::format("emit{}_action_{}", BeamPercentiles::percents[i], planeNames[plane]), "m",
+            walk.give(fmt::format("emit{}_action_{}", BeamPercentiles::percents[i], planeNames[plane]),
                       percentiles.emittances()[plane * BeamPercentiles::percents.size() + i] / mass);
         }
     }
@@ -240,29 +202,27 @@ void giveHalo(Walk& walk, const Beam& beam, std::size_t plane) {
                  qp3 = beam.fourth(plane, 3), p4 = beam.fourth(plane, 4);
     const double second = determinant(qq, qp, qp, pp);
     const double fourth = q4 * p4 + 3.0 * q2p2 * q2p2 - 4.0 * qp3 * q3p;
-    walk.give(fmt::format("halo_h_{}", planeNames[plane]), "1", q4 / (qq * qq) - 2.0);
-    walk.give(fmt::format("halo_H_{}", planeNames[plane]), "1",
-              std::sqrt(3.0 * fourth) / (2.0 * second) - 2.0);
+    walk.give(fmt::format("halo_h_{}", planeNames[plane]), q4 / (qq * qq) - 2.0);
+    walk.give(fmt::format("halo_H_{}", planeNames[plane]), std::sqrt(3.0 * fourth) / (2.0 * second) - 2.0);
 }
 
 void walkAll(Walk& walk, const Beam& beam, const BeamPercentiles& percentiles) {
     const auto& sums = beam.sums();
-    walk.give("n_particle", "1", static_cast<double>(sums.particles));
-    walk.give("n_finite", "1", static_cast<double>(sums.a.count));
-    walk.give("n_slope", "1", static_cast<double>(sums.b.count));
-    walk.give("n_lost", "1", static_cast<double>(beam.facts().lost));
-    walk.give("charge", "C", charge(beam));
-    for (const auto& of : spreads) {
-        const auto summary = beam.summary(of.name);
-        walk.give(fmt::format("mean_{}", of.name), of.unit, summary.mean);
-        walk.give(fmt::format("sigma_{}", of.name), of.unit, summary.sigma);
-        walk.give(fmt::format("min_{}", of.name), of.unit, summary.least);
-        walk.give(fmt::format("max_{}", of.name), of.unit, summary.greatest);
+    walk.give("n_particle", static_cast<double>(sums.particles));
+    walk.give("n_finite", static_cast<double>(sums.a.count));
+    walk.give("n_slope", static_cast<double>(sums.b.count));
+    walk.give("n_lost", static_cast<double>(beam.facts().lost));
+    walk.give("charge", charge(beam));
+    for (const auto name : spreads) {
+        const auto summary = beam.summary(name);
+        walk.give(fmt::format("mean_{}", name), summary.mean);
+        walk.give(fmt::format("sigma_{}", name), summary.sigma);
+        walk.give(fmt::format("min_{}", name), summary.least);
+        walk.give(fmt::format("max_{}", name), summary.greatest);
     }
     for (std::size_t i = 0; i < paired.size(); ++i) {
         for (std::size_t j = i + 1; j < paired.size(); ++j) {
-            walk.give(fmt::format("cov_{}__{}", paired[i].name, paired[j].name),
-                      productUnit(paired[i].unit, paired[j].unit), beam.covariance(i, j));
+            walk.give(fmt::format("cov_{}__{}", paired[i], paired[j]), beam.covariance(i, j));
         }
     }
     giveEmittances(walk, beam, percentiles);
@@ -274,36 +234,11 @@ void walkAll(Walk& walk, const Beam& beam, const BeamPercentiles& percentiles) {
 
 }  // namespace
 
-std::span<const BeamStatistic> beamStatistics() {
-    static const auto all = [] {
-        Names names;
-        walkAll(names, Beam(Sums(), BeamFacts()), BeamPercentiles(Sums()));
-        return names.all;
-    }();
-    return all;
-}
-
-std::optional<std::size_t> findBeamStatistic(std::string_view name) {
-    const auto all = beamStatistics();
-    const auto find = [&](std::string_view wanted) {
-        return static_cast<std::size_t>(std::ranges::find(all, wanted, &BeamStatistic::name) - all.begin());
-    };
-    std::size_t at = find(name);
-    constexpr std::string_view covariance = "cov_", between = "__";
-    const auto middle = name.find(between);
-    if (at == all.size() && name.starts_with(covariance) && middle != std::string_view::npos) {
-        at = find(fmt::format("cov_{}__{}", name.substr(middle + between.size()),
-                              name.substr(covariance.size(), middle - covariance.size())));
-    }
-    if (at == all.size()) return std::nullopt;
-    return at;
-}
-
 std::vector<double> beamValues(const Sums& total, const BeamPercentiles& percentiles,
                                const BeamFacts& facts) {
-    Values values;
-    walkAll(values, Beam(total, facts), percentiles);
-    return values.all;
+    Walk walk;
+    walkAll(walk, Beam(total, facts), percentiles);
+    return std::move(walk.all);
 }
 
 }  // namespace mote::storage

@@ -15,23 +15,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "protocol/quantity/statistic.h"
+
 namespace mote::storage {
-
-struct BeamStatistic {
-    std::string name;
-    std::string unit;  ///< "m", "eV/c", "m eV/c", "m^2", "1/m", "C", ...; "1" where it has none
-};
-
-/// All statistics, in a fixed order: that of beamValues(), and of a manifest's statistic_names.
-std::span<const BeamStatistic> beamStatistics();
-/// The index of a statistic, by its name; a covariance also with its two names changed about.
-std::optional<std::size_t> findBeamStatistic(std::string_view name);
 
 /// A block of particles.
 struct BeamRows {
@@ -172,7 +162,7 @@ struct BeamFacts {
     bool neutral = false;         ///< they have no charge
 };
 
-/// By beamStatistics(); NaN where a number is not defined (no particle, no weight, a coordinate that is not
+/// By statistics(); NaN where a number is not defined (no particle, no weight, a coordinate that is not
 /// known).
 std::vector<double> beamValues(const BeamMoments::Sums& total, const BeamPercentiles& percentiles,
                                const BeamFacts& facts);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// QuantityReader: named quantities of a step's points as doubles, block by block, from the columns that lie
+// QuantityReader: quantities of a step's points as doubles, block by block, from the columns that lie
 // beside the points. Immutable but for what each call is given; any number of threads, each with a Scratch of
 // its own. The columns outlive it.
 #pragma once
@@ -10,21 +10,24 @@
 #include <string>
 #include <vector>
 
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/error.h"
-#include "storage/beam/quantity.h"
 #include "storage/particles/particle_columns.h"
 
 namespace mote::storage {
+
+/// What a step's columns are for quantities.
+RunColumns runOf(const ParticleColumns& columns, const BeamContext& context);
 
 class QuantityReader {
   public:
     /// A thread's memory.
     struct Scratch {
         std::vector<std::vector<double>> columns;  ///< by column that any quantity needs
+        Quantity::Scratch quantity;
     };
 
-    /// `names` are of columns or derived quantities. Errors, at the name: notFound (with what there is: a
-    /// column that the dataset does not have, or a mass that is not known).
+    /// `names` are of columns, known quantities or expressions. Errors, at the name: as Quantity::make.
     static Result<QuantityReader> make(const ParticleColumns& columns, const BeamContext& context,
                                        std::span<const std::string> names);
 
@@ -38,8 +41,8 @@ class QuantityReader {
 
   private:
     struct Source {
-        const DerivedQuantity* derived = nullptr;  ///< null: a column
-        std::vector<std::size_t> columns;          ///< indices in needed_
+        Quantity quantity;
+        std::vector<std::size_t> columns;  ///< indices in needed_
     };
     QuantityReader(const ParticleColumns& columns, const BeamContext& context)
         : columns_(&columns), context_(context) {}

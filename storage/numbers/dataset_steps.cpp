@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "protocol/quantity/statistic.h"
 #include "protocol/scene/most_recent.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/numbers/scan.h"
@@ -12,35 +14,45 @@
 namespace mote::storage {
 namespace {
 
-/// Weighted mean of |p|; 0 where there is none.
-double meanMomentum(const ParticleColumns& columns) {
+/// The weighted mean of a quantity; NaN where there is none.
+double meanOf(const ParticleColumns& columns, const std::string& quantity) {
     const auto weighted = columns.find("weight").has_value();
-    std::vector<std::string> names{"p"};
+    std::vector<std::string> names{quantity};
     if (weighted) names.emplace_back("weight");
     const auto reader = QuantityReader::make(columns, {}, names);
-    if (!reader.ok()) return 0.0;
+    if (!reader.ok()) return std::numeric_limits<double>::quiet_NaN();
     struct Sums {
-        double weight = 0.0, momentum = 0.0;
+        double from = 0.0, weight = 0.0, product = 0.0;  // of values less the first: nothing cancels
     };
     std::vector<Sums> sums(blockCount(columns.pointCount()));
     forBlocks(sums.size(), {}, [&](std::uint64_t block) {
         const auto part = pointsOfBlock(block, columns.pointCount());
-        std::vector<double> momentum(part.count), weight(part.count, 1.0);
+        std::vector<double> values(part.count), weight(part.count, 1.0);
         QuantityReader::Scratch scratch;
-        const std::array out{std::span(momentum), std::span(weight)};
+        const std::array out{std::span(values), std::span(weight)};
         reader->read(part.begin, part.count, scratch, std::span(out).first(names.size()));
-        for (std::size_t i = 0; i < momentum.size(); ++i) {
-            if (!std::isfinite(momentum[i]) || !std::isfinite(weight[i])) continue;
-            sums[block].weight += weight[i];
-            sums[block].momentum += weight[i] * momentum[i];
+        auto& sum = sums[block];
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            if (!std::isfinite(values[i]) || !std::isfinite(weight[i])) continue;
+            if (sum.weight == 0.0) sum.from = values[i];
+            sum.weight += weight[i];
+            sum.product += weight[i] * (values[i] - sum.from);
         }
     });
     Sums all;
     for (const auto& one : sums) {
+        if (all.weight == 0.0) all.from = one.from;
         all.weight += one.weight;
-        all.momentum += one.momentum;
+        all.product += one.product + one.weight * (one.from - all.from);
     }
-    return all.weight != 0.0 ? all.momentum / all.weight : 0.0;
+    return all.from + all.product / all.weight;
+}
+
+/// The means of a step whose dataset was made without statistics.
+void setMeansOf(const ParticleColumns& columns, BeamContext& context) {
+    setMeans(
+        [&](std::string_view name) { return meanOf(columns, parseQuantityStatistic(name)->quantities[0]); },
+        context);
 }
 
 }  // namespace
@@ -74,16 +86,22 @@ Result<StepNumbers> DatasetSteps::open(std::uint32_t index) const {
     const auto& particles = manifest_->particles();
     const auto& entry = particles.steps(static_cast<int>(index));
     numbers.context.mass = particles.mass();
+    numbers.context.photons = particles.species() == "photon";
     if (entry.columns_file().empty()) return numbers;
     MOTE_ASSIGN_OR_RETURN(numbers.columns, ParticleColumns::open(directory_, *manifest_, index, budget_));
-    const auto mean = std::ranges::find(particles.statistic_names(), "mean_p");
-    if (mean != particles.statistic_names().end()) {
-        numbers.context.meanMomentum =
-            entry.statistics(static_cast<int>(mean - particles.statistic_names().begin()));
+    const auto& names = particles.statistic_names();
+    if (!names.empty()) {
+        setMeans(
+            [&](std::string_view name) {
+                const auto found = std::ranges::find(names, name);
+                return found == names.end() ? std::numeric_limits<double>::quiet_NaN()
+                                            : entry.statistics(static_cast<int>(found - names.begin()));
+            },
+            numbers.context);
         return numbers;
     }
     try {
-        numbers.context.meanMomentum = meanMomentum(*numbers.columns);
+        setMeansOf(*numbers.columns, numbers.context);
     } catch (const StorageError& error) {
         return error.error();
     }

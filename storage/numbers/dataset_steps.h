@@ -23,8 +23,7 @@ class DatasetSteps final : public RunSteps {
                  std::shared_ptr<BlockBudget> budget = nullptr);
 
     const proto::ParticlesManifest& manifest() const override { return manifest_->particles(); }
-    /// What delta needs is the step's statistic "mean_p", or where the dataset was made without statistics,
-    /// that of its columns.
+    /// Means are the step's statistics, or where the dataset was made without, those of its columns.
     Result<StepNumbers> step(std::uint32_t index) const override;
 
   private:

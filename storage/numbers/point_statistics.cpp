@@ -54,6 +54,34 @@ std::optional<std::vector<std::vector<double>>> valuesOf(const RowWalk& walk, co
     return values;
 }
 
+/// One of them in each group: the quantities take the places of x and y. Nothing where `cancelled` says so.
+Result<std::optional<std::vector<double>>> furtherOf(const QuantityStatistic& statistic,
+                                                     const StepNumbers& step, const PointMask* chosen,
+                                                     const BinAxis* groups,
+                                                     const std::function<bool()>& cancelled) {
+    MOTE_ASSIGN_OR_RETURN(const auto reader,
+                          QuantityReader::make(*step.columns, step.context, statistic.quantities));
+    const auto all =
+        valuesOf(RowWalk(*step.columns, chosen, groups, &reader), {}, Passes::momentsAlone, cancelled);
+    if (!all) return std::optional<std::vector<double>>();
+    const auto place = statistic.quantities.size() == 2 ? "cov_x__y" : fmt::format("{}_x", statistic.kind);
+    std::vector<double> values;
+    for (const auto& group : *all) values.push_back(group[*findStatistic(place)]);
+    return std::optional(std::move(values));
+}
+
+/// Adds them to the values of each group.
+Status addFurther(FurtherStatistics further, const StepNumbers& step, const PointMask* chosen,
+                  const BinAxis* groups, const std::function<bool()>& cancelled,
+                  std::span<std::vector<double>> to) {
+    for (const auto& statistic : further) {
+        MOTE_ASSIGN_OR_RETURN(const auto values, furtherOf(statistic, step, chosen, groups, cancelled));
+        if (!values) return wasCancelled();
+        for (std::size_t i = 0; i < to.size(); ++i) to[i].push_back((*values)[i]);
+    }
+    return success();
+}
+
 /// The least and the greatest finite value of the chosen points. Nothing where `cancelled` says so.
 std::optional<std::pair<double, double>> rangeOf(const QuantityReader& reader, std::uint64_t points,
                                                  const PointMask* chosen,
@@ -82,11 +110,13 @@ std::optional<std::pair<double, double>> rangeOf(const QuantityReader& reader, s
 
 Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts& facts,
                                         const PointMask* chosen, const std::optional<SlicesWanted>& slices,
-                                        Passes passes, const std::function<bool()>& cancelled) {
+                                        Passes passes, const std::function<bool()>& cancelled,
+                                        FurtherStatistics further) {
     const auto& columns = *step.columns;
     PointStatistics found;
     auto all = valuesOf(RowWalk(columns, chosen, nullptr), facts, passes, cancelled);
     if (!all) return wasCancelled();
+    MOTE_RETURN_IF_ERROR(addFurther(further, step, chosen, nullptr, cancelled, *all));
     found.values = std::move(all->front());
     if (slices) {
         const auto reader = QuantityReader::make(columns, step.context, std::span(&slices->column, 1));
@@ -102,6 +132,7 @@ Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts
         ofSlice.lost = 0;
         auto parts = valuesOf(RowWalk(columns, chosen, &bins), ofSlice, passes, cancelled);
         if (!parts) return wasCancelled();
+        MOTE_RETURN_IF_ERROR(addFurther(further, step, chosen, &bins, cancelled, *parts));
         found.edges = bins.edges();
         found.slices = *std::move(parts);
     }

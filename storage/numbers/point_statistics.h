@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,15 +30,19 @@ struct SlicesWanted {
 enum class Passes { momentsAlone, percentilesToo };
 
 struct PointStatistics {
-    std::vector<double> values;               ///< by beamStatistics(); of percentiles that were left NaN
+    std::vector<double> values;               ///< by statistics(), of percentiles that were left NaN; further
     std::vector<double> edges;                ///< of slices, one more than there are
     std::vector<std::vector<double>> slices;  ///< by slice; of each as `values`
 };
+
+/// Statistics of quantities that the table does not have.
+using FurtherStatistics = std::span<const QuantityStatistic>;
 
 /// `chosen`: these points alone; null: all. Slices span the chosen points' own range, and where all have one
 /// value, half of a unit to both sides of it. Errors: notFound, at "slices"; cancelled. Throws StorageError.
 Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts& facts,
                                         const PointMask* chosen, const std::optional<SlicesWanted>& slices,
-                                        Passes passes, const std::function<bool()>& cancelled);
+                                        Passes passes, const std::function<bool()>& cancelled,
+                                        FurtherStatistics further = {});
 
 }  // namespace mote::storage

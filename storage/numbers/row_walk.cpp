@@ -45,9 +45,14 @@ class RowWalk::Buffer {
     std::uint64_t blocks_ = 0;
 };
 
-RowWalk::RowWalk(const ParticleColumns& columns, const PointMask* chosen, const BinAxis* groups)
-    : columns_(columns), chosen_(chosen), groups_(groups) {
-    for (std::size_t c = 0; c < columnsOfRow; ++c) sources_[c] = columns.find(names[c]);
+RowWalk::RowWalk(const ParticleColumns& columns, const PointMask* chosen, const BinAxis* groups,
+                 const QuantityReader* quantities)
+    : columns_(columns), chosen_(chosen), groups_(groups), quantities_(quantities) {
+    sources_.back() = columns.find(names.back());
+    for (std::size_t c = 0; c + 1 < columnsOfRow; ++c) {
+        if (quantities == nullptr) sources_[c] = columns.find(names[c]);
+        if (quantities != nullptr && c < quantities->size()) sources_[c] = c;
+    }
 }
 
 std::size_t RowWalk::threads() {
@@ -73,7 +78,8 @@ class RowWalk::Part {
             forEachChosen(words, [&](std::size_t i) { chosen_.push_back(static_cast<std::uint32_t>(i)); });
             if (chosen_.empty()) return;
         }
-        for (std::size_t c = 0; c < columnsOfRow; ++c) {
+        if (walk_.quantities_ != nullptr) lookAtQuantities(block);
+        for (std::size_t c = walk_.quantities_ != nullptr ? columnsOfRow - 1 : 0; c < columnsOfRow; ++c) {
             if (walk_.sources_[c]) look(*walk_.sources_[c], block, stored_[c]);
         }
         if (walk_.groups_ == nullptr) return addAll(block);
@@ -113,6 +119,16 @@ class RowWalk::Part {
             stored.doubles = walk_.columns_.doubles(column, block.begin, block.count);
         else
             stored.floats = walk_.columns_.values(column, block.begin, block.count);
+    }
+
+    void lookAtQuantities(PointRange block) {
+        std::vector<std::span<double>> out;
+        for (std::size_t c = 0; c < walk_.quantities_->size(); ++c) {
+            made_[c].resize(block.count);
+            out.emplace_back(made_[c]);
+            stored_[c].doubles = made_[c];
+        }
+        walk_.quantities_->read(block.begin, block.count, quantityScratch_, out);
     }
 
     void reserve(Buffer& buffer) const {
@@ -168,6 +184,8 @@ class RowWalk::Part {
     std::vector<Buffer> buffers_;  // by group
     std::vector<std::uint32_t> chosen_, bins_;
     std::array<Stored, columnsOfRow> stored_;
+    std::array<std::vector<double>, 2> made_;  ///< of the quantities
+    QuantityReader::Scratch quantityScratch_;
     BinAxis::Scratch scratch_;
 };
 

@@ -23,8 +23,10 @@ class RowWalk {
     using Take = std::function<void(std::size_t thread, std::uint32_t group, const BeamRows& rows)>;
 
     /// `groups`: each point goes to the group of its bin, and those without a bin to none; null: all are one
-    /// group. `chosen`: null: all. All outlive this.
-    RowWalk(const ParticleColumns& columns, const PointMask* chosen, const BinAxis* groups);
+    /// group. `chosen`: null: all. `quantities`: these, one or two, take the places of x and y, and there are
+    /// no other coordinates; null: those of the columns. All outlive this.
+    RowWalk(const ParticleColumns& columns, const PointMask* chosen, const BinAxis* groups,
+            const QuantityReader* quantities = nullptr);
 
     std::uint32_t groups() const { return groups_ != nullptr ? groups_->bins() : 1; }
     /// Of the numbers that `take` is called with.
@@ -40,7 +42,8 @@ class RowWalk {
     const ParticleColumns& columns_;
     const PointMask* const chosen_;
     const BinAxis* const groups_;
-    std::array<std::optional<std::size_t>, columnsOfRow> sources_;
+    const QuantityReader* const quantities_;
+    std::array<std::optional<std::size_t>, columnsOfRow> sources_;  ///< columns, or which of the quantities
 };
 
 }  // namespace mote::storage

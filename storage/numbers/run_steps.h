@@ -9,12 +9,14 @@
 #include <string>
 
 #include "protocol/mote.pb.h"
+#include "protocol/quantity/known_quantity.h"
 #include "protocol/scene/error.h"
-#include "storage/beam/quantity.h"
 #include "storage/particles/particle_columns.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::storage {
+
+using mote::BeamContext;
 
 /// A step's points and what lies beside them.
 struct StepNumbers {

@@ -8,16 +8,15 @@
 #include <set>
 #include <string_view>
 
+#include "protocol/quantity/quantity.h"
+
 namespace mote::storage {
 namespace {
 
-constexpr std::size_t longestName = 63;
+constexpr std::size_t longestName = 63;  // of a unit
 
-bool isName(std::string_view name) {
-    const auto fits = [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-    };
-    return !name.empty() && name.size() <= longestName && std::ranges::all_of(name, fits);
+bool isName(const std::string& name) {
+    return checkColumnName(name, "").ok();
 }
 
 bool isUnit(std::string_view unit) {

@@ -22,8 +22,18 @@ Error withoutColumns(const PathBeneath& directory) {
             "mote-prep particles keeps them"};
 }
 
+/// A column may be an expression: what parts groups in HDF5 is written as in addresses.
 std::string columnArray(const ColumnInfo& column) {
-    return "/columns/" + column.name;
+    std::string name = "/columns/";
+    for (const char c : column.name) {
+        if (c == '/')
+            name += "%2F";
+        else if (c == '%')
+            name += "%25";
+        else
+            name += c;
+    }
+    return name;
 }
 
 std::vector<ColumnInfo> columnsOf(const proto::ParticlesManifest& particles,

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <string>
 
+#include "protocol/quantity/plot_axes.h"
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
 #include "storage/particles/columns_check.h"
@@ -18,8 +19,10 @@ namespace mote::storage {
 namespace {
 
 Status checkAxes(const proto::ParticlesManifest& particles) {
-    if (particles.axes_size() != 3) return corrupt("axes", "a particle plot has three axes");
-    for (int i = 0; i < 3; ++i) {
+    if (particles.axes_size() != axesOfPlot && !boundsOfSteps(particles))
+        return corrupt("axes",
+                       "a particle plot has three axes, and three for each step where bounds are theirs");
+    for (int i = 0; i < particles.axes_size(); ++i) {
         const auto& axis = particles.axes(i);
         if (axis.name().empty()) return corrupt(fmt::format("axes[{}].name", i), "is missing");
         if (!std::isfinite(axis.max() - axis.min()) || !(axis.min() < axis.max())) {
@@ -151,7 +154,8 @@ std::string describeRun(const proto::Manifest& manifest) {
     for (const auto& input : manifest.request().particles().inputs()) {
         fmt::format_to(out, "input    {}\n", input);
     }
-    for (const auto& axis : particles.axes()) {
+    for (int a = 0; a < axesOfPlot; ++a) {
+        const auto& axis = particles.axes(a);
         fmt::format_to(out, "axis     {} from {:.6g} to {:.6g} {}\n", axis.name(), axis.min(), axis.max(),
                        axis.unit());
     }

@@ -323,7 +323,7 @@ class Arrays(Refusals):
         return self.ds.session.prepare_arrays(arrays, options.pop("axes", ["x", "y", "z"]), "data/a.mote", **options)
 
     def test_columns_that_the_job_would_pass_by(self):
-        for name in ("mine", "file", "energy", "colour", "time", "iteration", "mass", "", 5, "x y", "arr_0"):
+        for name in ("file", "energy", "zeta", "time", "iteration", "mass", "", 5, "x y", "arr_0", "a/b", "a [m] b"):
             self.refuse([(lambda: self.prepare({**self.good, name: [1, 2, 3]}), "arrays")])
         for one, two in (("x", "X"), ("weight", "w"), ("id", "particle_id"), ("px", "momentum_x")):
             self.refuse([(lambda: self.prepare({**self.good, one: [1, 2, 3], two: [1, 2, 3]}), "arrays")])
@@ -335,6 +335,24 @@ class Arrays(Refusals):
         got = self.run_.arrays(job.status.request.particles.inputs[0].split("/")[1])
         self.assertEqual(set(got) - {"iteration"}, {"x", "y", "z", "px", "py", "pz", "t", "charge", "status", "id"})
         self.assertEqual(got["id"].tolist(), [3, 2**64 - 1, 5])
+
+    def test_records_are_sent_and_kept(self):
+        job = self.prepare({**self.good, "charge": 1e-12, "spin [hbar]": [0.5, -0.5, 0.5], "turn": 7})
+        got = self.run_.arrays(job.status.request.particles.inputs[0].split("/")[1])
+        self.assertEqual(got["spin [hbar]"].tolist(), [0.5, -0.5, 0.5])
+        self.assertEqual(list(job.status.request.particles.columns), ["x", "y", "z", "weight", "spin", "turn"])
+        job = self.prepare({**self.good, "turn": 7}, columns=["x", "turn"])
+        self.assertEqual(list(job.status.request.particles.columns), ["x", "turn"])
+
+    def test_derived_names_are_those_of_the_table(self):
+        import pathlib
+        import re
+
+        from mote.arrays import _DERIVED
+
+        table = pathlib.Path(__file__).parents[2] / "protocol" / "quantity" / "known_quantity.cpp"
+        names = re.findall(r'^        \{"(\w+)",', table.read_text(encoding="utf-8"), re.MULTILINE)
+        self.assertEqual(names[8:], list(_DERIVED))
 
     def test_what_is_masked_is_missing(self):
         x = np.ma.array([1, 2, 3], mask=[0, 1, 0])

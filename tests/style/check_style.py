@@ -23,15 +23,17 @@ LONG_FILES = {"protocol/mote.proto", "protocol/scene/color_map_tables.h"}
 # Who may include whom among our own folders: the longest prefix of a file's path holds. None: anything.
 SCHEMA = "protocol/mote.pb.h"
 SCENE = "protocol/scene/"
+QUANTITY = "protocol/quantity/"
 CLI = "protocol/cli/"
 DEVICE = ("server/render/plan/", "server/render/blank_picture.h", "server/render/calibration.h",
           "server/render/device.h", "server/render/color_finder.h", "storage/", SCENE, SCHEMA)
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
-    SCENE: (SCENE, SCHEMA, "protocol/options.pb.h"),
-    "storage/": ("storage/", SCENE, SCHEMA),
+    SCENE: (SCENE, QUANTITY, SCHEMA, "protocol/options.pb.h"),
+    QUANTITY: (QUANTITY, SCENE, SCHEMA),
+    "storage/": ("storage/", QUANTITY, SCENE, SCHEMA),
     CLI: (CLI, SCENE),
-    "preprocess/": ("preprocess/", "storage/", CLI, SCENE, SCHEMA),
+    "preprocess/": ("preprocess/", "storage/", CLI, QUANTITY, SCENE, SCHEMA),
     "server/": ("server/", "storage/", "protocol/"),
     "server/render/": ("server/render/", "storage/", SCENE, SCHEMA),
     # Devices know primitives, and primitives no layers.
@@ -42,7 +44,7 @@ MAY_INCLUDE = {
     "server/render/ink/": ("server/render/ink/", "server/render/plan/", SCENE, SCHEMA),
     "server/render/layers/": ("server/render/layers/", "server/render/ink/", "server/render/plan/", "storage/", SCENE,
                               SCHEMA),
-    "server/figures/": ("server/figures/", SCENE, SCHEMA),
+    "server/figures/": ("server/figures/", QUANTITY, SCENE, SCHEMA),
     "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", SCENE, SCHEMA),
     "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/figures/", "server/log.h", "server/render/",
                        "storage/", "protocol/"),

@@ -97,7 +97,7 @@ const MemoryRun& ViewData::run(const DatasetName& name) {
     if (!kept) {
         std::vector<MemoryRun::Step> all;
         for (std::uint32_t step = 0; step < steps; ++step) all.push_back(withNumbers(particles(name, step)));
-        kept = std::make_shared<const MemoryRun>(std::move(all), storage::BeamContext{});
+        kept = std::make_shared<const MemoryRun>(std::move(all), BeamContext{});
     }
     return *kept;
 }

@@ -2,6 +2,7 @@
 """Columns straight from numpy: checked, packed as a file for each step, uploaded for a job to read."""
 from __future__ import annotations
 
+import re
 import tempfile
 import warnings
 from collections import deque
@@ -17,25 +18,35 @@ if TYPE_CHECKING:
 
     from .session import Session
 
-# What the job's reader of .npz knows, in any case; it passes by all others.
+# What the job's reader of .npz knows, in any case; all others are records under their own names.
 _COLUMNS = ("x", "y", "z", "t", "px", "py", "pz", "weight", "charge", "id", "status", "lost", "alive")
 _SAME = {"w": "weight", "weighting": "weight", "q": "charge", "particleid": "id", "particle_id": "id",
          "particlestatus": "status", "particle_status": "status",
          **{f"position_{axis}": axis for axis in "xyz"},
          **{f"{word}_{axis}": f"p{axis}" for axis in "xyz" for word in ("p", "momentum")}}
+# Names that a record cannot have: what is derived from columns (docs/NUMBERS.md), and what numpy.savez takes.
+_DERIVED = ("r", "theta", "xp", "yp", "pr", "p", "delta", "gamma", "energy", "zeta", "tau", "x_c", "y_c", "px_c",
+            "py_c", "pz_c")
+_ARGUMENTS = ("time", "iteration", "mass")
+_RECORD = re.compile(r"([A-Za-z_][A-Za-z0-9_]{0,63})( ?\[[^\[\]]{1,32}\])?")
 _PIECE = (1 << 20) - 1024  # bytes of a file in a message
 _UNDER_WAY = 8  # pieces that are sent ahead of their answers
 
 
 def _meaning(name: Any, where: str) -> str:
-    """Which of _COLUMNS a name stands for."""
+    """Which of _COLUMNS a name stands for, or the record of this name: without its unit."""
     if isinstance(name, str):
         lower = name.lower()
         meaning = _SAME.get(lower, lower)
         if meaning in _COLUMNS:
             return meaning
-    raise invalid(where, f"{name!r} is no name of a column that can be prepared; there are {', '.join(_COLUMNS)}"
-                  + ("; it is an argument of its own" if name in ("time", "iteration", "mass") else ""))
+        record = _RECORD.fullmatch(name)
+        if record and record[1] not in (*_DERIVED, *_ARGUMENTS, "file") and not record[1].startswith("arr_"):
+            return record[1]
+    why = ("it is an argument of its own" if name in _ARGUMENTS else
+           "it is derived from other columns" if name in _DERIVED else
+           "a record has a name of letters, digits and \"_\", and may have its unit behind it: \"spin [hbar]\"")
+    raise invalid(where, f"{name!r} is no name of a column that can be prepared: {why}; there are {', '.join(_COLUMNS)}")
 
 
 def _array(values: Any, place: str) -> NDArray[Any]:
@@ -108,6 +119,17 @@ def check_step(arrays: Any, where: str) -> Dict[str, NDArray[Any]]:
     whole = {name: np.broadcast_to(column, (count,)) for name, column in columns.items()}
     _tell_not_finite(whole, where)
     return whole
+
+
+def kept_columns(arrays: Any) -> List[str]:
+    """The columns of arrays that were checked, where records are among them, which are kept when they are named."""
+    steps = [arrays] if isinstance(arrays, Mapping) else list(arrays)
+    found = [[_meaning(name, "arrays") for name in step] for step in steps]
+    common = [name for name in found[0] if all(name in names for names in found)]
+    if all(name in _COLUMNS for name in common):
+        return []
+    names = ["weight" if name == "charge" else name for name in common]
+    return [name for name in names if name not in ("status", "lost", "alive")]
 
 
 def _numbers(values: Any, count: int, where: str) -> List[Any]:

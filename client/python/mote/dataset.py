@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from .selection import Selectable
     from .session import Session
     from .view import View
+
+# Statistics of any quantity, which the server finds from the columns.
+_FURTHER = re.compile(r"(mean|sigma|min|max)_.|cov_.+__.")
 
 
 class Dataset:
@@ -68,7 +72,7 @@ class Dataset:
     @property
     def axes(self) -> Tuple[str, ...]:
         """The three axes of a particle plot."""
-        return tuple(axis.name for axis in self._manifest.particles.axes)
+        return tuple(axis.name for axis in self._manifest.particles.axes[:3])
 
     @property
     def columns(self) -> Tuple[str, ...]:
@@ -106,8 +110,16 @@ class Dataset:
 
     @property
     def bounds(self) -> Dict[str, Tuple[float, float]]:
-        """What the axes of a particle plot span, in their units; all steps share it."""
-        return {axis.name: (axis.min, axis.max) for axis in self._manifest.particles.axes}
+        """What the axes of a particle plot span, in their units: all steps together, see ``bounds_of``."""
+        return self._bounds(0)
+
+    def bounds_of(self, step: int) -> Dict[str, Tuple[float, float]]:
+        """The same in one step: its own where the plot was made with ``bounds`` of each step."""
+        own = len(self._manifest.particles.axes) > 3
+        return self._bounds(3 * (1 + arguments.one_step(step, len(self))) if own else 0)
+
+    def _bounds(self, first: int) -> Dict[str, Tuple[float, float]]:
+        return {axis.name: (axis.min, axis.max) for axis in self._manifest.particles.axes[first:first + 3]}
 
     @property
     def mass(self) -> float:
@@ -148,7 +160,8 @@ class Dataset:
         asked = queries.steps_of(step, len(self))
         own = list(particles.statistic_names)
         wanted = [] if names is None else arguments.names(names, "names", "statistic")
-        if select is None and slices is None and own:
+        further = any(_FURTHER.match(name) and name not in own for name in wanted)
+        if select is None and slices is None and own and not further:
             rows = [list(particles.steps[index].statistics) for index in asked.indices]
             if any(len(row) != len(own) for row in rows):
                 raise Error("corrupt", self.name, "its statistics do not belong to their names")
@@ -176,7 +189,8 @@ class Dataset:
         Args:
             x, y: columns or derived quantities.
             bins: how many, or one number for each column; 1 to 4096.
-            range: (low, high), or one for each column; default: the column's over all steps.
+            range: (low, high), or one for each column; or what bins reach over: "run" (default: the values of all
+                steps), "step", or "selection": of one step.
             step: as of ``statistics``.
             select: of these particles alone.
             weighted: by the particles' weight; else a particle counts 1.
@@ -184,9 +198,29 @@ class Dataset:
         self._particles
         columns = [x] if y is None else [x, y]
         asked = queries.steps_of(step, len(self))
-        fields = queries.histogram_query(columns, bins, range, weighted)
+        fields = queries.histogram_query(columns, bins, self._ranges(columns, range, asked, select), weighted)
         answers = queries.query(self.session.connection, self.name, asked, select, histogram=fields)
         return queries.histogram_of(answers, asked.single)
+
+    def _ranges(self, columns: Sequence[str], range: Any, asked: queries.Asked, select: Optional[Selectable]) -> Any:
+        """Numbers for "step" and "selection": of values as the dataset has them, "'x'", not as the source had them."""
+        if not isinstance(range, str):
+            return range
+        if range not in ("run", "step", "selection"):
+            raise invalid("range", f"is numbers, or 'run', 'step' or 'selection', not {range!r}")
+        if range == "run":
+            return None
+        if not asked.single:
+            raise invalid("range", f"{range!r} is of one step")
+        columns = [f"'{name}'" if name in self.columns or name.isidentifier() else name for name in columns]
+        found = self.statistics(asked.indices[0], select=select if range == "selection" and select is not None else {},
+                                names=[f"{kind}_{quoted}" for quoted in columns for kind in ("min", "max")])
+        ranges = []
+        for quoted in columns:
+            low, high = found[f"min_{quoted}"], found[f"max_{quoted}"]
+            half = 0.0 if low < high else max(0.5, 1e-9 * abs(low))
+            ranges.append((low - half, high + half) if low <= high else (0.0, 1.0))
+        return ranges if len(ranges) > 1 else ranges[0]
 
     def track(self, select: Selectable, columns: Union[str, Sequence[str]],
               step: Steps = None) -> Tuple[NDArray[np.uint64], NDArray[np.float64]]:
@@ -253,7 +287,9 @@ class Dataset:
                               "histogram that of x and y")
         fields = dict(options)
         if x is not None:
-            fields["histogram"] = queries.histogram_query([x] if y is None else [x, y], bins, range, weighted)
+            columns = [x] if y is None else [x, y]
+            ranges = self._ranges(columns, range, queries.steps_of(step, len(self)), select)
+            fields["histogram"] = queries.histogram_query(columns, bins, ranges, weighted)
         elif y is None and range is None and weighted is True and bins is self._BINS:
             fields["statistics"] = arguments.names(statistics, "statistics", "statistic")
         else:
@@ -295,7 +331,7 @@ class Dataset:
             rows.insert(0, ("title", self.title))
         if self.kind == "particles":
             rows += [(f"axis {axis.name}", f"{axis.min:.4g} to {axis.max:.4g} {axis.unit}")
-                     for axis in self._manifest.particles.axes]
+                     for axis in self._manifest.particles.axes[:3]]
             rows += [("columns", ", ".join(self.columns) or "none: prepare it again to have them"),
                      ("particles", f"{max([0, *self.particles.tolist()]):,}")]
         return rows

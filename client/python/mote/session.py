@@ -128,7 +128,7 @@ class Session:
         Args:
             input: "ROOT/PATH", or several of them.
             output: "ROOT/NAME.mote".
-            axes: of particles: three names, of x y z t px py pz r theta xp yp pr delta gamma energy.
+            axes: of particles: three names of quantities (docs/NUMBERS.md), or expressions over such.
             kind: "particles", "volume", "mesh", "image" or "stipple".
             title: of the dataset.
             options: of the kind of job, as in docs/JOBS.md: species="electron", steps="0:360:10", columns=["x", "px"].
@@ -143,10 +143,11 @@ class Session:
         """Has a dataset prepared from numpy arrays: of one step a dict of columns, of several steps a list of them.
 
         Args:
-            arrays: columns by name (x y z t px py pz weight or charge, id, status or lost or alive; no others): numbers in
-                a row, all equally many; a single number stands for all. m, eV/c, s. Particles with values that are not
-                finite, or masked, are left out, with a warning.
-            axes: three of them, or derived ones.
+            arrays: columns by name (x y z t px py pz weight or charge, id, status or lost or alive; what else there is
+                under a name of its own, "spin" or "spin [hbar]", is kept beside them): numbers in a row, all equally
+                many; a single number stands for all. m, eV/c, s. Particles with values that are not finite, or masked,
+                are left out, with a warning.
+            axes: three of them, derived ones or expressions: "hypot(x, y)".
             output: "ROOT/NAME.mote".
             mass: of one particle, eV/c^2; needed for energies, slopes need none.
             time: of each step, s.
@@ -154,7 +155,7 @@ class Session:
             title: of the dataset.
             options: as of ``prepare``: volume_level, bounds, columns.
         """
-        from .arrays import checked_mass, upload_steps
+        from .arrays import checked_mass, kept_columns, upload_steps
         from .jobs import axis_names, request_of
 
         if mass is not None:
@@ -162,6 +163,8 @@ class Session:
         axes = axis_names(axes)
         to_message("JobRequest", request_of("particles", "uploads/none", output, axes, title, options))
         names = upload_steps(self, next(self._uploads), arrays, mass, time, iteration)
+        if "columns" not in options and kept_columns(arrays):
+            options["columns"] = kept_columns(arrays)
         return self.submit(request_of("particles", names, output, axes, title, options))
 
     def film(self, script: Any, *, video: str = "mp4", title: str = "", **options: Any) -> Job:

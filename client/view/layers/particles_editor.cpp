@@ -11,6 +11,7 @@
 #include "client/view/curve_editor.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
+#include "protocol/quantity/plot_axes.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/srgb.h"
@@ -151,7 +152,9 @@ void ParticlesEditor::drawFacts(const LayerPanel& panel) {
     const auto shown = axesOf(dataset);
     if (!shown) return;
     drawAxisLists(*shown, dataset, panel.actions);
-    for (const auto& axis : dataset.manifest().particles().axes()) {
+    const auto& plot = dataset.manifest().particles();
+    for (int a = 0; a < axesOfPlot; ++a) {
+        const auto& axis = axisOf(plot, a, panel.step);
         dim(fmt::format("{}: {:.4g} to {:.4g} {}", axis.name(), axis.min(), axis.max(), axis.unit()));
     }
     if (!dataset.has_replot()) dim("Its run is not beneath the server's roots: no other plots.");

@@ -121,10 +121,7 @@ std::vector<glm::dvec2> HistogramWindow::drawPlot(const NumbersPanel& panel, con
     drawPolygons(panel, frame, over);
     draw.PopClipRect();
     const auto units = columnUnits(panel.manifest);
-    const auto unit = [&](std::size_t i) {
-        const auto found = units.find(histogram.columns[i]);
-        return found == units.end() ? std::string() : found->second;
-    };
+    const auto unit = [&](std::size_t i) { return unitOfColumn(histogram.columns[i], units); };
     drawMarginal(frame, marginalOf(histogram, 0), false);
     drawMarginal(frame, marginalOf(histogram, 1), true);
     drawAxes(frame, {histogram.columns[0], unit(0), histogram.columns[1], unit(1)});

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/scene/derived_quantity.h"
+#include "protocol/quantity/manifest_columns.h"
 
 namespace mote::client {
 namespace {
@@ -22,13 +22,11 @@ std::vector<Quantity> quantitiesOf(const proto::ParticlesManifest& manifest) {
     std::vector<Quantity> quantities;
     for (const auto& column : manifest.columns())
         quantities.push_back({column.name(), column.unit(), extentOf(column)});
-    const std::vector<Quantity> columns = quantities;
-    for (const auto& derived : derivedQuantities()) {
-        const bool made = std::ranges::all_of(
-            derived.columns, [&](std::string_view name) { return findQuantity(columns, name) != nullptr; });
-        const bool known = findQuantity(columns, derived.name) != nullptr;
-        if (made && !known && (!derived.needsMass || manifest.mass() > 0.0))
-            quantities.push_back({std::string(derived.name), std::string(derived.unit)});
+    const auto run = mote::columnsOf(manifest);
+    for (const auto& known : knownQuantities()) {
+        const auto name = std::string(known.name);
+        if (findQuantity(quantities, name) == nullptr && mote::Quantity::make(name, run).ok())
+            quantities.push_back({name, std::string(known.unit)});
     }
     return quantities;
 }

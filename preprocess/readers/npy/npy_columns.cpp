@@ -62,6 +62,7 @@ class Builder {
         for (std::size_t i = 0; i < columns_.arrays.size(); ++i) MOTE_RETURN_IF_ERROR(addArray(i));
         if (columns_.items.empty()) MOTE_RETURN_IF_ERROR(addUnnamed());
         MOTE_RETURN_IF_ERROR(takeTimes());
+        if (!columns_.unnamed) addRecords();
         MOTE_RETURN_IF_ERROR(checkReference());
         columns_.steps = steps_.value_or(1);
         columns_.rows = rows_.value_or(1);
@@ -216,6 +217,32 @@ class Builder {
         return success();
     }
 
+    /// What has a number for each particle, under a name of its own.
+    void addRecords() {
+        const auto add = [&](std::size_t array, const Layout& layout, const NpyField& type,
+                             const std::string& name, std::uint64_t offset) {
+            const auto record = recordOf(name);
+            const bool fits = layout.rows == rows_ && (!layout.steps || layout.steps == steps_);
+            if (!record || !fits || type.kind == NpyField::other || type.count != 1) return;
+            const auto known = fieldMeaning(name, columns_.mass, "");
+            if (!known.ok() || known->has_value() || columns_.findRecord(record->name) != nullptr) return;
+            FieldMeaning meaning;
+            meaning.kind = FieldMeaning::Kind::record;
+            columns_.items.push_back(
+                {meaning, array, {type, offset, layout.rowStride, layout.stepStride}, name});
+        };
+        for (std::size_t array = 0; array < columns_.arrays.size(); ++array) {
+            const NpyHeader& header = at(array).header;
+            const auto layout = layoutOf(header, false);
+            const bool told =
+                named(at(array), "mass") || named(at(array), "iteration") || named(at(array), "time");
+            if (!layout || told) continue;
+            for (const NpyField& type : header.fields)
+                add(array, *layout, type, header.structured() ? type.name : at(array).name,
+                    header.dataOffset + (header.structured() ? type.offset : 0));
+        }
+    }
+
     /// The only array of the file as N x 3, N x 6 or N x 7.
     Status addUnnamed() {
         const bool single = columns_.arrays.size() == 1;
@@ -330,6 +357,14 @@ class Builder {
 const NpyColumns::Item* NpyColumns::find(Column column) const {
     for (const Item& item : items) {
         if (item.meaning.kind == FieldMeaning::Kind::column && item.meaning.column == column) return &item;
+    }
+    return nullptr;
+}
+
+const NpyColumns::Item* NpyColumns::findRecord(std::string_view name) const {
+    for (const Item& item : items) {
+        if (item.meaning.kind == FieldMeaning::Kind::record && recordOf(item.name)->name == name)
+            return &item;
     }
     return nullptr;
 }

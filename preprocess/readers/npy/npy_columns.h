@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "preprocess/readers/field_meaning.h"
@@ -33,6 +34,7 @@ struct NpyColumns {
     bool unnamed = false;                  ///< columns by their order, not by name
 
     const Item* find(Column column) const;
+    const Item* findRecord(std::string_view name) const;  ///< by recordOf(its name)
 
     /// `mass` goes before the file's. Errors: corrupt (arrays of different lengths, two of one meaning, a
     /// mass or an iteration that is none), unsupported (other shapes, more than 100 000 steps, types that are

@@ -24,6 +24,7 @@ class NpySource : public SeriesSource {
     NpySource(std::string format, double mass, Progress& progress)
         : SeriesSource(std::move(format), progress), mass_(mass) {}
 
+    std::vector<SourceRecord> records() const override { return records_; }
     double mass() const override { return files_.front().mass; }
     std::string weightUnit() const override {
         const bool charges = std::all_of(files_.begin(), files_.end(), [](const NpyColumns& file) {
@@ -44,6 +45,7 @@ class NpySource : public SeriesSource {
 
   private:
     void noteUnits() const;
+    void findRecords();
 
     struct Place {
         std::size_t file = 0;
@@ -60,6 +62,7 @@ class NpySource : public SeriesSource {
     bool numbered_ = true;  // every file says its iterations
     std::vector<Place> places_;
     std::vector<NpyColumns> files_;
+    std::vector<SourceRecord> records_;              // of all files
     std::size_t open_ = 0;                           // the file of readers_
     std::vector<std::optional<NpyReader>> readers_;  // by item
     std::vector<double> scratch_;
@@ -89,12 +92,23 @@ Status NpySource::finish() {
             "an array without field names is taken as x, y, z [m], and px, py, pz [eV/c] and a weight where "
             "it has so many columns");
     }
+    findRecords();
     noteUnits();
     if (is([&](const NpyColumns& file) { return file.mass != files_.front().mass; })) {
         progress_.note("the files' masses differ: that of the first one is taken");
     }
     if (numbered_) sortByIteration(places_);
     return success();
+}
+
+void NpySource::findRecords() {
+    for (const NpyColumns::Item& item : files_.front().items) {
+        if (item.meaning.kind != FieldMeaning::Kind::record || records_.size() == mostRecords) continue;
+        auto record = *recordOf(item.name);
+        if (std::ranges::all_of(files_,
+                                [&](const auto& file) { return file.findRecord(record.name) != nullptr; }))
+            records_.push_back(std::move(record));
+    }
 }
 
 /// Says which units are assumed.
@@ -142,7 +156,10 @@ Status NpySource::readItem(const Place& place, const NpyColumns::Item& item, std
 }
 
 Status NpySource::readColumn(const Place& place, Column column, ParticleChunk& chunk) {
-    const NpyColumns::Item* item = files_[place.file].find(column);
+    const NpyColumns& file = files_[place.file];
+    const NpyColumns::Item* item =
+        isRecord(column) ? file.findRecord(records_[static_cast<std::size_t>(column) - columnCount].name)
+                         : file.find(column);
     if (item == nullptr) return success();
     if (column == Column::id) return readItem(place, *item, chunk.begin, std::span(chunk.id));
     MOTE_RETURN_IF_ERROR(readItem(place, *item, chunk.begin, std::span(chunk[column])));
@@ -155,7 +172,8 @@ Status NpySource::readColumn(const Place& place, Column column, ParticleChunk& c
 
 Status NpySource::readLost(const Place& place, std::uint64_t begin, std::vector<std::uint8_t>& lost) {
     for (const NpyColumns::Item& item : files_[place.file].items) {
-        if (item.meaning.kind == FieldMeaning::Kind::column) continue;
+        using Kind = FieldMeaning::Kind;
+        if (item.meaning.kind == Kind::column || item.meaning.kind == Kind::record) continue;
         scratch_.resize(lost.size());
         MOTE_RETURN_IF_ERROR(readItem(place, item, begin, std::span(scratch_)));
         for (std::size_t i = 0; i < lost.size(); ++i)

@@ -25,6 +25,7 @@ class OpenpmdSource : public SeriesSource {
     OpenpmdSource(std::string species, double mass, Progress& progress)
         : SeriesSource("openpmd", progress), wantedSpecies_(std::move(species)), wantedMass_(mass) {}
 
+    std::vector<SourceRecord> records() const override { return records_; }
     double mass() const override { return mass_; }
     std::string species() const override { return species_; }
     double particleCharge() const override { return particleCharge_; }
@@ -55,6 +56,7 @@ class OpenpmdSource : public SeriesSource {
     std::vector<OpenpmdPlace> places_;
     bool found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
+    std::vector<SourceRecord> records_;  ///< of all steps with particles
     double mass_ = 0.0, particleCharge_ = 0.0;
     std::string species_;
     std::string weightUnit_;  ///< of all steps with particles; empty where they differ
@@ -156,6 +158,10 @@ void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) 
         found_[i] = found_[i] || species.has(column);
         absentSomewhere_[i] = absentSomewhere_[i] || (!species.has(column) && !species.broken(column));
     }
+    if (!anyParticles_) records_ = species.records();
+    std::erase_if(records_, [&](const SourceRecord& record) {
+        return std::ranges::count(species.records(), record.name, &SourceRecord::name) == 0;
+    });
     if (step.particles > 0) anyParticles_ = true;
 }
 
@@ -202,7 +208,7 @@ Status OpenpmdSource::openStep(std::size_t step) {
 
 Status OpenpmdSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     MOTE_RETURN_IF_ERROR(openStep(step));
-    return open_ ? open_->read(wanted, chunk) : success();
+    return open_ ? open_->read(wanted, records_, chunk) : success();
 }
 
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const AskedRun& run, Progress& progress) {

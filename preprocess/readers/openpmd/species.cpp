@@ -23,6 +23,7 @@ Result<OpenpmdSpecies> OpenpmdSpecies::open(const H5File& file, const std::strin
     OpenpmdSpecies species;
     MOTE_RETURN_IF_ERROR(species.openRecords(file, group));
     MOTE_RETURN_IF_ERROR(species.checkRows());
+    MOTE_RETURN_IF_ERROR(species.openOthers(file, group));
     MOTE_RETURN_IF_ERROR(species.checkMomentumUnits());
     MOTE_RETURN_IF_ERROR(species.findSpecies(group, iteration));
     MOTE_RETURN_IF_ERROR(species.takeMass(mass));
@@ -127,12 +128,17 @@ bool OpenpmdSpecies::has(Column column) const {
     return false;
 }
 
-Status OpenpmdSpecies::read(const std::vector<Column>& wanted, ParticleChunk& chunk) {
+Status OpenpmdSpecies::read(const std::vector<Column>& wanted, const std::vector<SourceRecord>& names,
+                            ParticleChunk& chunk) {
     for (const Column column : wanted) {
-        if (column != Column::id)
+        if (isRecord(column)) {
+            const auto& name = names[static_cast<std::size_t>(column) - columnCount].name;
+            MOTE_RETURN_IF_ERROR(readRecord(name, chunk.begin, chunk[column]));
+        } else if (column != Column::id) {
             MOTE_RETURN_IF_ERROR(readColumn(column, chunk.begin, chunk[column]));
-        else if (id_)
+        } else if (id_) {
             MOTE_RETURN_IF_ERROR(id_->readIntegers(chunk.begin, chunk.id));
+        }
     }
     return readLost(chunk.begin, chunk.lost);
 }
@@ -150,6 +156,19 @@ Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vecto
     if (axis < 3) return readQuantity(position_[axis], begin, values);
     if (column == Column::pz && !momentum_[2].value) return readLongitudinalFromTotal(begin, values);
     return readMomentum(momentum_[axis - 4], begin, values);
+}
+
+Status OpenpmdSpecies::readRecord(const std::string& name, std::uint64_t begin, std::vector<double>& values) {
+    const auto found = std::ranges::find(recordNames_, name, &SourceRecord::name);
+    if (found == recordNames_.end()) return corrupt("", "has changed since it was opened");
+    const auto& record = records_[static_cast<std::size_t>(found - recordNames_.begin())];
+    MOTE_RETURN_IF_ERROR(record.read(begin, values));
+    const double power = record.weightingPower();
+    if (power == 0.0 || !weighting_) return success();
+    scratch_.resize(values.size());
+    MOTE_RETURN_IF_ERROR(weighting_->read(begin, scratch_));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] /= std::pow(scratch_[i], power);
+    return success();
 }
 
 Status OpenpmdSpecies::readQuantity(const Quantity& quantity, std::uint64_t begin,

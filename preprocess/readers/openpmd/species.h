@@ -29,6 +29,8 @@ class OpenpmdSpecies {
     bool has(Column column) const;
     /// Whether the column is missing only because its record cannot be read: read() fills it with NaN.
     bool broken(Column column) const { return broken_[static_cast<std::size_t>(column)] && !has(column); }
+    /// What there is besides: "spin_x", "chargeState".
+    const std::vector<SourceRecord>& records() const { return recordNames_; }
     double mass() const { return mass_; }  ///< eV/c^2; 0: unknown
     /// As those of ParticleSource.
     const std::string& species() const { return species_; }
@@ -38,8 +40,9 @@ class OpenpmdSpecies {
     std::optional<double> time() const { return time_; }  ///< s, of the iteration
     const std::vector<std::string>& notes() const { return notes_; }
 
-    /// As SeriesSource::readRows.
-    Status read(const std::vector<Column>& wanted, ParticleChunk& chunk);
+    /// As SeriesSource::readRows, the records of `names`.
+    Status read(const std::vector<Column>& wanted, const std::vector<SourceRecord>& names,
+                ParticleChunk& chunk);
 
   private:
     struct Quantity {
@@ -58,6 +61,7 @@ class OpenpmdSpecies {
     Status openQuantity(const H5File& file, const H5Object& group, Quantity& quantity, const char* record,
                         const char* offset, const char* component);
     Status drop(const std::string& record, const Error& error);
+    Status openOthers(const H5File& file, const H5Object& group);
     std::vector<Member> members();
     Result<std::uint64_t> mostRows(const std::vector<Member>& all) const;
     Status takeConstantRows(const std::vector<Member>& all);
@@ -75,6 +79,7 @@ class OpenpmdSpecies {
     Status readLongitudinalFromTotal(std::uint64_t begin, std::vector<double>& values);
     Status readReferenceColumn(Column column, std::uint64_t begin, std::vector<double>& values);
     Status readWeight(std::uint64_t begin, std::vector<double>& values);
+    Status readRecord(const std::string& name, std::uint64_t begin, std::vector<double>& values);
     Status readLost(std::uint64_t begin, std::vector<std::uint8_t>& lost);
 
     std::uint64_t rows_ = 0;
@@ -89,6 +94,8 @@ class OpenpmdSpecies {
     Quantity timeRecord_, total_;
     std::optional<OpenpmdComponent> weighting_, charge_, status_, id_, massRecord_, chargeRecord_;
     std::optional<ReferenceParticle> reference_;
+    std::vector<SourceRecord> recordNames_;
+    std::vector<OpenpmdComponent> records_;  ///< by name
     std::vector<double> scratch_;
 };
 

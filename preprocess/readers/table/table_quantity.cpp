@@ -124,6 +124,74 @@ bool isMomentum(Q quantity) {
            quantity == Q::radialMomentum || quantity == Q::azimuthalMomentum;
 }
 
+template <class Names>
+bool contains(const Names& names, std::string_view name) {
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
+
+/// The meaning with a unit; nothing where the unit is none of the quantity's.
+std::optional<TableMeaning> withUnit(TableMeaning meaning, std::string_view written) {
+    const std::string unit = unitName(written);
+    meaning.unitGiven = true;
+    meaning.factor = 1.0;
+    if (meaning.quantity == Q::weight) meaning.charge = false;
+    if (isMomentum(meaning.quantity)) {
+        meaning.relative = contains(referenceUnits, unit);
+        meaning.inMass = !meaning.relative && contains(massUnits, unit);
+        if (meaning.relative || meaning.inMass) return meaning;
+    }
+    for (const Unit& known : unitsOf(meaning.quantity)) {
+        if (known.name != unit) continue;
+        meaning.factor = known.factor;
+        meaning.charge = meaning.quantity == Q::weight;
+        return meaning;
+    }
+    if (meaning.quantity == Q::weight && (unit == "1" || unit.empty())) return meaning;
+    return std::nullopt;
+}
+
+/// The meaning of a name without a unit.
+std::optional<TableMeaning> plainMeaning(const std::string& name) {
+    if (const auto quantity = quantityNamed(name)) {
+        TableMeaning meaning;
+        meaning.quantity = *quantity;
+        meaning.unitGiven = assumedUnit(*quantity).empty();
+        meaning.charge = name == "charge" || name == "q";
+        if (*quantity == Q::weight) meaning.unitGiven = !meaning.charge;
+        // Velocities without a unit are SI's, as places and times are.
+        if (unitsOf(*quantity).data() == velocities) meaning.factor = 1 / speedOfLight;
+        return meaning;
+    }
+    for (const Known& known : massNames) {
+        if (known.name != name) continue;
+        TableMeaning meaning;
+        meaning.quantity = known.quantity;
+        meaning.inMass = true;
+        return meaning;
+    }
+    return std::nullopt;
+}
+
+/// "x_mm", "x/mm", "x mm": the unit behind a sign that names use, too.
+std::optional<TableMeaning> splitMeaning(const std::string& name) {
+    for (std::size_t at = name.find_first_of("_/ ,"); at != std::string::npos;
+         at = name.find_first_of("_/ ,", at + 1)) {
+        const auto plain = plainMeaning(std::string(trim(name.substr(0, at))));
+        const std::string_view unit = trim(std::string_view(name).substr(at + 1));
+        if (!plain || unit.empty() || unit == "1") continue;
+        if (const auto meaning = withUnit(*plain, unit)) return meaning;
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Q> quantityNamed(std::string_view name) {
+    const auto* const found = std::find_if(std::begin(knownNames), std::end(knownNames),
+                                           [&](const Known& known) { return known.name == name; });
+    return found == std::end(knownNames) ? std::nullopt : std::optional(found->quantity);
+}
+
 std::span<const Unit> unitsOf(Q quantity) {
     switch (quantity) {
         case Q::x:
@@ -156,68 +224,9 @@ std::span<const Unit> unitsOf(Q quantity) {
     }
 }
 
-template <class Names>
-bool contains(const Names& names, std::string_view name) {
-    return std::find(std::begin(names), std::end(names), name) != std::end(names);
+bool isMassUnit(std::string_view unit) {
+    return contains(massUnits, unit);
 }
-
-/// The meaning with a unit; nothing where the unit is none of the quantity's.
-std::optional<TableMeaning> withUnit(TableMeaning meaning, std::string_view written) {
-    const std::string unit = unitName(written);
-    meaning.unitGiven = true;
-    meaning.factor = 1.0;
-    if (meaning.quantity == Q::weight) meaning.charge = false;
-    if (isMomentum(meaning.quantity)) {
-        meaning.relative = contains(referenceUnits, unit);
-        meaning.inMass = !meaning.relative && contains(massUnits, unit);
-        if (meaning.relative || meaning.inMass) return meaning;
-    }
-    for (const Unit& known : unitsOf(meaning.quantity)) {
-        if (known.name != unit) continue;
-        meaning.factor = known.factor;
-        meaning.charge = meaning.quantity == Q::weight;
-        return meaning;
-    }
-    if (meaning.quantity == Q::weight && (unit == "1" || unit.empty())) return meaning;
-    return std::nullopt;
-}
-
-/// The meaning of a name without a unit.
-std::optional<TableMeaning> plainMeaning(const std::string& name) {
-    for (const Known& known : knownNames) {
-        if (known.name != name) continue;
-        TableMeaning meaning;
-        meaning.quantity = known.quantity;
-        meaning.unitGiven = assumedUnit(known.quantity).empty();
-        meaning.charge = name == "charge" || name == "q";
-        if (known.quantity == Q::weight) meaning.unitGiven = !meaning.charge;
-        // Velocities without a unit are SI's, as places and times are.
-        if (unitsOf(known.quantity).data() == velocities) meaning.factor = 1 / speedOfLight;
-        return meaning;
-    }
-    for (const Known& known : massNames) {
-        if (known.name != name) continue;
-        TableMeaning meaning;
-        meaning.quantity = known.quantity;
-        meaning.inMass = true;
-        return meaning;
-    }
-    return std::nullopt;
-}
-
-/// "x_mm", "x/mm", "x mm": the unit behind a sign that names use, too.
-std::optional<TableMeaning> splitMeaning(const std::string& name) {
-    for (std::size_t at = name.find_first_of("_/ ,"); at != std::string::npos;
-         at = name.find_first_of("_/ ,", at + 1)) {
-        const auto plain = plainMeaning(std::string(trim(name.substr(0, at))));
-        const std::string_view unit = trim(std::string_view(name).substr(at + 1));
-        if (!plain || unit.empty() || unit == "1") continue;
-        if (const auto meaning = withUnit(*plain, unit)) return meaning;
-    }
-    return std::nullopt;
-}
-
-}  // namespace
 
 Result<std::optional<TableMeaning>> tableMeaning(std::string_view name, const std::string& where) {
     name = trim(name);

@@ -6,10 +6,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "preprocess/readers/field_meaning.h"
+#include "preprocess/readers/unit_names.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -67,6 +69,13 @@ struct TableMeaning {
 /// "x_mm", "x/mm". Nothing for a name that is not known. Error, at `where`: unsupported (a unit in brackets
 /// that is not known).
 Result<std::optional<TableMeaning>> tableMeaning(std::string_view name, const std::string& where);
+
+/// The quantity of a name in lower case and without a unit: what every reader of named fields goes by.
+std::optional<TableQuantity> quantityNamed(std::string_view name);
+/// The units in which a quantity is written, and their factors.
+std::span<const Unit> unitsOf(TableQuantity quantity);
+/// Whether a momentum in the unit is in units of m c; as unitName has it.
+bool isMassUnit(std::string_view unit);
 
 /// Whether the text is a unit of any quantity, in brackets or not: "[mm]", "MeV/c".
 bool isTableUnit(std::string_view text);

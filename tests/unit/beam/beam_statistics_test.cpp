@@ -59,7 +59,7 @@ std::vector<double> statisticsOf(const Particles& particles, std::size_t block, 
 }
 
 double valueOf(const std::vector<double>& values, std::string_view name) {
-    const auto at = findBeamStatistic(name);
+    const auto at = findStatistic(name);
     EXPECT_TRUE(at) << name;
     return at ? values[*at] : notNumber;
 }
@@ -156,7 +156,7 @@ TEST(BeamStatistics, AreTheSameBitsForAnyThreads) {
             const auto together = statisticsOf(particles, 4096, threads, {mass, "1", 0, 0.0});
             for (std::size_t i = 0; i < alone.size(); ++i) {
                 EXPECT_EQ(std::bit_cast<std::uint64_t>(alone[i]), std::bit_cast<std::uint64_t>(together[i]))
-                    << beamStatistics()[i].name;
+                    << statistics()[i].name;
             }
         }
     }
@@ -183,7 +183,7 @@ TEST(BeamStatistics, RowsThatAreNoNumbersAreAsIfTheyWereNotThere) {
     EXPECT_EQ(valueOf(values, "n_finite"), static_cast<double>(good.size()));
     EXPECT_EQ(valueOf(values, "n_slope"), static_cast<double>(slopes));
     for (std::size_t i = 1; i < values.size(); ++i) {
-        EXPECT_NEAR(values[i], expected[i], 1e-9 * std::abs(expected[i])) << beamStatistics()[i].name;
+        EXPECT_NEAR(values[i], expected[i], 1e-9 * std::abs(expected[i])) << statistics()[i].name;
     }
 }
 
@@ -191,7 +191,7 @@ TEST(BeamStatistics, NothingIsSaidOfNothing) {
     const std::set<std::string> counts{"n_particle", "n_finite", "n_slope", "n_lost", "charge"};
     const auto values = statisticsOf(generate(0, 1, false), 100, 1, {mass, "1", 2, 0.0});
     for (std::size_t i = 0; i < values.size(); ++i) {
-        const auto& name = beamStatistics()[i].name;
+        const auto& name = statistics()[i].name;
         if (counts.contains(name)) {
             EXPECT_EQ(values[i], name == "n_lost" ? 2.0 : 0.0) << name;
         } else {
@@ -310,13 +310,13 @@ TEST(BeamStatistics, PercentilesOfEqualActionsHoldAllOfThem) {
 
 TEST(BeamStatistics, NamesAreFoundOnce) {
     std::set<std::string> names;
-    for (const auto& statistic : beamStatistics()) {
+    for (const auto& statistic : statistics()) {
         EXPECT_TRUE(names.insert(statistic.name).second) << statistic.name;
         EXPECT_FALSE(statistic.unit.empty()) << statistic.name;
     }
-    EXPECT_EQ(findBeamStatistic("cov_px__x"), findBeamStatistic("cov_x__px"));
+    EXPECT_EQ(findStatistic("cov_px__x"), findStatistic("cov_x__px"));
     for (const auto* wrong : {"", "cov_", "cov___", "cov_x__x", "mean_", "mean_w", "n_particle "}) {
-        EXPECT_FALSE(findBeamStatistic(wrong)) << wrong;
+        EXPECT_FALSE(findStatistic(wrong)) << wrong;
     }
 }
 

@@ -104,7 +104,7 @@ std::shared_ptr<const MemoryRun> cloudRun(std::uint64_t seed, std::uint64_t poin
     Random random(seed, 151);
     std::vector<MemoryRun::Step> all;
     for (std::uint32_t i = 0; i < steps; ++i) all.push_back(cloudStep(random, points, volumeLevel));
-    return std::make_shared<const MemoryRun>(std::move(all), storage::BeamContext{});
+    return std::make_shared<const MemoryRun>(std::move(all), BeamContext{});
 }
 
 void writeRun(const MemoryRun& run, const std::filesystem::path& output) {

@@ -140,7 +140,7 @@ TEST(PointStatistics, AreThoseOfTheChosenPoints) {
         const auto found = storage::pointStatistics(step, facts, &mask, storage::SlicesWanted{"x", 4},
                                                     storage::Passes::percentilesToo, {});
         ASSERT_TRUE(found.ok());
-        const auto value = [&](const char* name) { return found->values[*storage::findBeamStatistic(name)]; };
+        const auto value = [&](const char* name) { return found->values[*findStatistic(name)]; };
         EXPECT_EQ(value("n_particle"), static_cast<double>(mask.count()));
         const auto x = plainQuantity("x", *run, 0), weight = plainQuantity("weight", *run, 0);
         std::vector<std::vector<double>> all;
@@ -161,7 +161,7 @@ TEST(PointStatistics, AreThoseOfTheChosenPoints) {
         else
             EXPECT_TRUE(std::isnan(value("mean_x")));
         double slices = 0.0;
-        for (const auto& slice : found->slices) slices += slice[*storage::findBeamStatistic("n_particle")];
+        for (const auto& slice : found->slices) slices += slice[*findStatistic("n_particle")];
         EXPECT_EQ(slices, static_cast<double>(inSlices)) << seed;
     }
 }

@@ -56,7 +56,8 @@ MemoryRun::Step stepOf(const std::vector<double>& x, const std::vector<double>& 
 
 /// The answer of the last of the steps that were asked for.
 Result<QueryAnswer> ask(std::vector<MemoryRun::Step> steps, const proto::Query& query) {
-    OneRun runs(std::make_shared<const MemoryRun>(std::move(steps), storage::BeamContext{0.511e6, 4e6}));
+    OneRun runs(std::make_shared<const MemoryRun>(std::move(steps),
+                                                  BeamContext{.mass = 0.511e6, .meanMomentum = 4e6}));
     constexpr std::uint64_t memory = 256 << 20;
     server::QueryService service(runs, std::make_shared<storage::BlockBudget>(memory), memory, 1);
     std::optional<Result<QueryAnswer>> answer;
@@ -100,7 +101,7 @@ TEST(OddInput, OfNoParticleNothingIsDefined) {
     for (const auto& x : {std::vector<double>{1, 2, 3, 4, 5}, std::vector<double>{}}) {
         const auto answer = ask({stepOf(x, ones)}, rangeQuery(100.0));
         ASSERT_TRUE(answer.ok()) << answer.error().toString();
-        for (const auto& one : storage::beamStatistics()) {
+        for (const auto& one : mote::statistics()) {
             const auto value = statistic(answer, one.name);
             if (one.name.starts_with("n_")) {
                 EXPECT_EQ(value, 0.0) << one.name;

@@ -165,13 +165,13 @@ std::vector<double> plainQuantity(const std::string& name, const MemoryRun& run,
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = columns.value(*column, i);
         return values;
     }
-    const auto* const derived = findDerivedQuantity(name);
+    const auto* const derived = findKnownQuantity(name);
     for (std::size_t i = 0; i < values.size(); ++i) {
         std::vector<double> parts;
         for (const auto part : derived->columns) parts.push_back(columns.value(*columns.find(part), i));
         std::vector<std::span<const double>> spans;
         for (const auto& part : parts) spans.emplace_back(&part, 1);
-        storage::evaluate(*derived, spans, run.context(), std::span(&values[i], 1));
+        derived->formula(spans, run.context(), std::span(&values[i], 1));
     }
     return values;
 }

@@ -138,7 +138,7 @@ std::shared_ptr<const MemoryRun> twoBunches(std::uint64_t points) {
     step.columns = std::make_shared<MemoryColumns>(points, std::move(columns), std::nullopt);
     std::vector<MemoryRun::Step> steps;
     steps.push_back(std::move(step));
-    return std::make_shared<MemoryRun>(std::move(steps), storage::BeamContext{});
+    return std::make_shared<MemoryRun>(std::move(steps), BeamContext{});
 }
 
 TEST(QueryNotes, SayWhereAColumnIsHeldTooCoarsely) {

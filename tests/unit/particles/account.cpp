@@ -166,8 +166,9 @@ void expectAccounted(const std::filesystem::path& dataset, const proto::Particle
                      prep::ParticleSource& source) {
     const auto manifest = storage::readManifest(dataset);
     ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
-    prep::PlotAxes axes{*prep::findAxis(job.axes(0)), *prep::findAxis(job.axes(1)),
-                        *prep::findAxis(job.axes(2))};
+    prep::PlotAxes axes;
+    for (int i = 0; i < 3; ++i)
+        axes.at(static_cast<std::size_t>(i)) = *prep::PlotAxis::make(job.axes(i), source);
     const auto steps = *selectSteps(job.steps(), source.steps().size());
     ASSERT_EQ(static_cast<std::size_t>(manifest->particles().steps_size()), steps.size());
     double least = INFINITY;

@@ -32,7 +32,7 @@ FakeStep twoParticles() {
 
 double valueOf(const std::string& name, std::size_t particle, double mass = 0.0) {
     FakeSource source({twoParticles()}, mass);
-    PlotAxes axes{*findAxis(name), *findAxis("x"), *findAxis("y")};
+    PlotAxes axes{*PlotAxis::make(name, source), *PlotAxis::make("x", source), *PlotAxis::make("y", source)};
     test::QuietProgress progress;
     return test::loadStep(source, 0, axes, progress).coordinate[0].at(particle);
 }
@@ -58,16 +58,16 @@ TEST(Axis, EnergyIsKineticAndExactForSlowParticles) {
 
 TEST(Axis, WhatTheRunLacksIsNamed) {
     FakeSource noMass({twoParticles()});
-    const auto energy = checkAxis(*findAxis("energy"), noMass);
+    const auto energy = PlotAxis::make("energy", noMass);
     ASSERT_FALSE(energy.ok());
     EXPECT_THAT(energy.error().toString(),
                 testing::AllOf(HasSubstr("energy"), HasSubstr("mass"), HasSubstr("x, y, z, px")));
-    const auto time = checkAxis(*findAxis("t"), noMass);
+    const auto time = PlotAxis::make("t", noMass);
     ASSERT_FALSE(time.ok());
     EXPECT_EQ(time.error().where, "axis t");
     EXPECT_THAT(time.error().message, HasSubstr("x, y, z, px, py, pz, weight"));
-    EXPECT_TRUE(checkAxis(*findAxis("delta"), noMass).ok());
-    EXPECT_FALSE(findAxis("w").ok());
+    EXPECT_TRUE(PlotAxis::make("delta", noMass).ok());
+    EXPECT_FALSE(PlotAxis::make("w", noMass).ok());
 }
 
 TEST(StepSelection, Forms) {
