@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "server/log.h"
 #include "server/render/layers/particles/point_data.h"
 #include "server/render/layers/particles/usual_range.h"
 #include "storage/numbers/dataset_steps.h"
@@ -141,6 +142,31 @@ Result<Loadable<render::PointPaths>> pathsOf(const Catalogue::Entry& entry, cons
     Loadable<render::PointPaths> loadable(
         entry, [bytes](std::uint32_t) { return bytes; }, load);
     for (const auto id : paths.ids) loadable.key += fmt::format("{} ", id);
+    return loadable;
+}
+
+Result<Loadable<render::StepWays>> waysBetween(const Catalogue::Entry& entry, std::uint32_t first,
+                                               std::uint32_t second) {
+    MOTE_RETURN_IF_ERROR(checkStep(entry, first));
+    MOTE_RETURN_IF_ERROR(checkStep(entry, second));
+    const auto load = [entry, second](std::uint32_t step, const AnyLoadable::Cancelled& cancelled)
+        -> Result<Loadable<render::StepWays>::Value> {
+        MOTE_ASSIGN_OR_RETURN(auto ways, render::stepWays(runOf(entry), step, second, cancelled));
+        if (ways->moving == 0) {
+            log::info("{}: views between steps {} and {} dissolve: {}", entry.name, step, second,
+                      ways->swung ? "particles swing too far from one to the other to tell how they went"
+                                  : "no id is that of one particle in both");
+        }
+        return ways;
+    };
+    Loadable<render::StepWays> loadable(
+        entry,
+        [entry, second](std::uint32_t step) {
+            return render::StepWays::bytesAPoint * (pointsIn(entry, step) + pointsIn(entry, second));
+        },
+        load);
+    loadable.key = fmt::format("to {}", second);
+    loadable.step = first;
     return loadable;
 }
 

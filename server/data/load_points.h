@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What is loaded of particles besides a step's points: those that a selection holds, values that colour them,
-// the range of a quantity, the ways of some. Values; `entry` is one of the catalogue's. Errors:
-// invalidArgument (a dataset of another kind), notFound (a step that is not there).
+// the range of a quantity, the ways of some, those of all between two steps. Values; `entry` is one of the
+// catalogue's. Errors: invalidArgument (a dataset of another kind), notFound (a step that is not there).
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@
 #include "protocol/scene/transfer_function.h"
 #include "server/data/loadable.h"
 #include "server/render/layers/particles/point_paths.h"
+#include "server/render/layers/particles/step_ways.h"
 #include "server/render/plan/point_values.h"
 #include "storage/particles/selected_step.h"
 
@@ -44,6 +45,10 @@ struct KnownRange {
 Result<Loadable<KnownRange>> rangeOf(const storage::Catalogue::Entry& entry, const std::string& column);
 
 Result<Loadable<render::PointPaths>> pathsOf(const storage::Catalogue::Entry& entry, const Paths& paths);
+
+/// Of the points of two steps, `first` being the earlier one in the dataset.
+Result<Loadable<render::StepWays>> waysBetween(const storage::Catalogue::Entry& entry, std::uint32_t first,
+                                               std::uint32_t second);
 
 /// What tells a selection from others.
 std::string keyOf(const Selection& selection);

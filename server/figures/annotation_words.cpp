@@ -37,14 +37,16 @@ RichText timeText(double time) {
            unitText("s", prefix);
 }
 
-/// Of a layer between steps the nearer one is its own.
+/// Of a layer between steps the nearer one is its own; particles that nobody can follow do not move.
 RichText stepText(const Layer& layer, const proto::Manifest& manifest) {
     const int steps = stepCount(manifest);
     if (steps < 2) return {};
     if (!layer.towards) return upright(fmt::format("step {} of {}", layer.step, steps - 1));
     const auto [first, last] = std::minmax(layer.step, layer.towards->step);
     const double share = first == layer.step ? layer.towards->share : 1.0 - layer.towards->share;
-    return upright(fmt::format("step {} to {} ({:.0f}%) of {}", first, last, 100.0 * share, steps - 1));
+    const bool still = manifest.kind() == "particles" && !manifest.particles().ids();
+    return upright(fmt::format("step {} to {} ({:.0f}%{}) of {}", first, last, 100.0 * share,
+                               still ? ", dissolving" : "", steps - 1));
 }
 
 RichText timeOf(const Layer& layer, const proto::Manifest& manifest) {

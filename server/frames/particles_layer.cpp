@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -16,6 +17,7 @@ struct LayerData {
     std::shared_ptr<const render::PointValues> values;
     std::optional<ValueRange> valueRange;  ///< that the colours of values stand for
     std::shared_ptr<const render::PointPaths> paths;
+    std::shared_ptr<const render::PointWays> ways;
     PlotDensity plot;  ///< of a selection as many particles as it holds
     bool waits = false;
 };
@@ -23,12 +25,14 @@ struct LayerData {
 /// Asks for all that is missing, not only for what is missing first.
 class Gathering {
   public:
-    explicit Gathering(const LayerRequest& asked) : layer_(asked.layer), data_(asked.data) {}
+    explicit Gathering(const LayerRequest& asked)
+        : layer_(asked.layer), stage_(asked.job.stage), data_(asked.data) {}
 
     Result<LayerData> gather() {
         MOTE_ASSIGN_OR_RETURN(out_.step, data_.step(layer_.dataset, layer_.step));
         MOTE_ASSIGN_OR_RETURN(entry_, data_.dataset(layer_.dataset));
         out_.plot = PlotDensity::of(entry_.manifest->particles(), layer_.step);
+        if (layer_.towards) MOTE_RETURN_IF_ERROR(gatherWays(layer_.towards->step), "towards");
         if (!layer_.select && !layer_.highlight && !layer_.colorBy && !layer_.paths) return out_;
         const auto whole = out_.step;
         MOTE_RETURN_IF_ERROR(gatherChosen(whole));
@@ -77,6 +81,21 @@ class Gathering {
         return success();
     }
 
+    /// Without them, as where there are no ids or there is no room for them, nothing moves. A view in motion
+    /// does not wait for them.
+    Status gatherWays(std::uint32_t other) {
+        if (!entry_.manifest->particles().ids()) return success();
+        const bool onwards = layer_.step < other;
+        const auto held =
+            data_.get(waysBetween(entry_, std::min(layer_.step, other), std::max(layer_.step, other)));
+        if (!held.ok() && held.error().code == ErrorCode::resourceExhausted) return success();
+        MOTE_RETURN_IF_ERROR(held);
+        const auto& ways = *held;
+        if (ways == nullptr) out_.waits = out_.waits || stage_ != Stage::quick;
+        if (ways != nullptr && ways->moving > 0) out_.ways = {ways, onwards ? &ways->there : &ways->back};
+        return success();
+    }
+
     Status gatherValues() {
         if (!layer_.colorBy) return success();
         const bool some = layer_.select && !layer_.select->everything();
@@ -95,6 +114,7 @@ class Gathering {
     }
 
     const Layer& layer_;
+    const Stage stage_;
     StepSource& data_;
     storage::Catalogue::Entry entry_;
     std::shared_ptr<const ChosenPoints> chosen_;
@@ -122,6 +142,7 @@ Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
         put(scene.highlights, index, scene.steps.size(), data.highlight);
         put(scene.values, index, scene.steps.size(), data.values);
         put(scene.paths, index, scene.steps.size(), data.paths);
+        put(scene.ways, index, scene.steps.size(), data.ways);
         return DotHistory::Layer();
     });
 }

@@ -261,7 +261,8 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
 /// Says what the pictures need; whether some of it is on its way.
 bool PictureMaker::want(const FramePlan& plan) {
     bool coming = false;
-    for (const auto& points : plan.points) coming = steps_.want(*points.step, points.need) || coming;
+    for (const auto& points : plan.points)
+        coming = steps_.want(points.source ? *points.source : *points.step, points.need) || coming;
     return coming;
 }
 

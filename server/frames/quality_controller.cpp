@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/render/calibration.h"
+#include "server/render/layers/particles/moving_look.h"
 
 namespace mote::server {
 namespace {
@@ -18,6 +19,7 @@ constexpr double leastPoints = 20000;  // fewer say nothing about a plot
 constexpr double growth = 2.5;         // of the points from one quick picture to the next, at most
 constexpr double intermediateBudgets = 5.0;
 constexpr double longExactBudgets = 10.0;
+constexpr double muchMore = 3.0;  // of the points than previews hold
 constexpr double surprise = 2.0;  // how far above its expectation a picture may lie and still be believed
 
 Quality quickQuality() {
@@ -61,7 +63,7 @@ double QualityController::fractionWithin(const ViewLoad& load, const Quality& qu
 /// far off. Of a share that is not much more than the previews hold, what they hold: for a little more, all
 /// leaves would have to be looked at.
 double QualityController::steadyShare(double wanted, double previewShare) {
-    constexpr double tooMuch = 1.2, tooLittle = 0.5, muchMore = 3.0;
+    constexpr double tooMuch = 1.2, tooLittle = 0.5;
     if (wanted >= previewShare && wanted < muchMore * previewShare) return lastShare_ = previewShare;
     const bool near = lastShare_ > 0.0 && lastShare_ <= tooMuch * wanted && lastShare_ >= tooLittle * wanted;
     if (!near) lastShare_ = std::exp2(-0.5 * std::ceil(-2.0 * std::log2(wanted)));
@@ -78,6 +80,20 @@ std::uint32_t QualityController::steadyDivisor(double pixelMs) const {
     return fits(1, mostOfWhole) ? 1 : fits(2, mostOfHalf) ? 2 : 3;
 }
 
+/// Many points of a pixel do not grow for those that are left out, and hide no more than their pixel: in
+/// larger pixels they keep their light. `wanted`: the share that there is time for.
+std::uint32_t QualityController::lightDivisor(const ViewLoad& load, double wanted) const {
+    constexpr double back = 1.4;
+    const bool preview = wanted >= load.previewShare && wanted < muchMore * load.previewShare;
+    const double share = preview ? load.previewShare : std::sqrt(0.5) * wanted;  // as steadyShare(), at least
+    const double cling = lightDivisor_ > 1 ? back : 1.0;
+    if (share * load.points * cling <= render::LessDrawn::fewDiscs) return 1;
+    const auto lit = [&](std::uint32_t divisor) {
+        return share >= render::LessDrawn::leastShare(1.0 / divisor) * (lightDivisor_ > divisor ? back : 1.0);
+    };
+    return lit(1) ? 1 : lit(2) ? 2 : 3;
+}
+
 Quality QualityController::quick(const ViewLoad& load) {
     // A cost that was measured wrongly shall not freeze the hand: the points grow step by step.
     const double affordable = 0.5 * budgetMs_ / perPoint_ * million;
@@ -88,11 +104,14 @@ Quality QualityController::quick(const ViewLoad& load) {
     }
     Quality quality = quickQuality();
     divisor_ = steadyDivisor(perPixel_ * millionPixels(load.pixels, quality));
+    const auto fraction = [&] {
+        return std::min(fractionWithin(load, quality, budgetMs_),
+                        mostPoints / std::max(load.points, mostPoints));
+    };
     quality.resolutionScale = 1.0 / divisor_;
-    quality.pointFraction = fractionWithin(load, quality, budgetMs_);
-    if (load.points > mostPoints) {
-        quality.pointFraction = std::min(quality.pointFraction, mostPoints / load.points);
-    }
+    lightDivisor_ = lightDivisor(load, fraction());
+    quality.resolutionScale = 1.0 / std::max(divisor_, lightDivisor_);
+    quality.pointFraction = fraction();
     if (quality.pointFraction < 1.0)
         quality.pointFraction = steadyShare(quality.pointFraction, load.previewShare);
     return quality;

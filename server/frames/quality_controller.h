@@ -56,12 +56,14 @@ class QualityController {
     double fractionWithin(const ViewLoad& load, const render::Quality& quality, double budgetMs) const;
     double steadyShare(double wanted, double previewShare);
     std::uint32_t steadyDivisor(double pixelMs) const;
+    std::uint32_t lightDivisor(const ViewLoad& load, double wanted) const;
     void solve();
 
     double budgetMs_;
-    std::uint32_t divisor_ = 1;  // divides the last quick picture's width and height
-    double lastPoints_ = 0.0;    // that were drawn
-    double lastShare_ = 0.0;     // the last quick picture with fewer points had it; 0: there was none
+    // Divide the last quick picture's width and height, the greater one: for its time; for its points' light.
+    std::uint32_t divisor_ = 1, lightDivisor_ = 1;
+    double lastPoints_ = 0.0;  // that were drawn
+    double lastShare_ = 0.0;   // the last quick picture with fewer points had it; 0: there was none
     bool learned_ = false;
     double perPoint_ = 25.0;  // ms a million points
     double perPixel_ = 40.0;  // ms a million pixels of exact work

@@ -7,7 +7,7 @@
 
 namespace mote::reference {
 
-Picture renderBetween(const View& view, const SceneOf& sceneOf, const Options& options) {
+Picture renderBetween(const View& view, const SceneOf& sceneOf, const MovedPlace& moved) {
     constexpr int places = 1000;
     // By the steps of the layers.
     std::map<std::vector<std::uint32_t>, int> counts;
@@ -22,9 +22,19 @@ Picture renderBetween(const View& view, const SceneOf& sceneOf, const Options& o
     std::optional<Picture> mean;
     for (const auto& [steps, count] : counts) {
         View shown = view;
+        std::vector<Layer> ways = view.layers;
         for (std::size_t i = 0; i < steps.size(); ++i) {
             shown.layers[i].step = steps[i];
             shown.layers[i].towards.reset();
+            if (steps[i] == view.layers[i].step) continue;
+            ways[i].step = steps[i];
+            ways[i].towards = {view.layers[i].step, 1.0 - view.layers[i].towards->share};
+        }
+        Options options;
+        if (moved) {
+            options.placeOf = [&](std::uint32_t layer, std::uint64_t point, const glm::dvec3& place) {
+                return ways[layer].towards ? moved(ways[layer], point, place) : place;
+            };
         }
         auto picture = render(sceneOf(shown), options);
         for (auto& pixel : picture.linear) pixel *= static_cast<double>(count) / places;

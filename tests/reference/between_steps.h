@@ -14,6 +14,11 @@ namespace mote::reference {
 /// The scene of a view that shows one step of each layer.
 using SceneOf = std::function<render::Scene(const View& view)>;
 
-Picture renderBetween(const View& view, const SceneOf& sceneOf, const Options& options = {});
+/// Where a point is drawn that its layer's step has at `place`, on the way to Layer::towards; layer space.
+using MovedPlace =
+    std::function<glm::dvec3(const Layer& layer, std::uint64_t point, const glm::dvec3& place)>;
+
+/// `moved`: empty where nothing moves.
+Picture renderBetween(const View& view, const SceneOf& sceneOf, const MovedPlace& moved = {});
 
 }  // namespace mote::reference

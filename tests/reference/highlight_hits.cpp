@@ -52,8 +52,9 @@ void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
     std::vector<glm::dvec3> inEye;
     forPoints(
         *scene.highlights[layer], [](std::size_t) { return 1.0; },
-        [&](std::uint64_t, const glm::dvec3& place) {
-            inEye.emplace_back(layerToEye * glm::dvec4(place, 1.0));
+        [&](std::uint64_t point, const glm::dvec3& place) {
+            const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;
+            inEye.emplace_back(layerToEye * glm::dvec4(drawn, 1.0));
         });
     const Depths depths = shaded(inEye, box);
     for (const auto& place : inEye) {

@@ -60,9 +60,8 @@ double nearestDepth(const Camera& camera) {
     return std::max(nearShare * glm::length(camera.target - camera.eye), 0.0);
 }
 
-PointHits::PointHits(const render::Scene& scene,
-                     const std::vector<std::shared_ptr<const render::Strokes>>& strokes)
-    : width_(scene.view.width), height_(scene.view.height), view_(scene.view) {
+PointHits::PointHits(const render::Scene& scene, const Options& options)
+    : width_(scene.view.width), height_(scene.view.height), view_(scene.view), placeOf_(options.placeOf) {
     ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (!(scene.view.layers[layer].opacity > 0.0)) continue;
@@ -75,7 +74,7 @@ PointHits::PointHits(const render::Scene& scene,
             meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
         if (scene.view.layers[layer].ink() != nullptr) addInk(scene, layer);
     }
-    for (const auto& one : strokes) strokes_.emplace_back(scene.view, *one);
+    for (const auto& one : options.strokes) strokes_.emplace_back(scene.view, *one);
     if (scene.dots != nullptr) addDots(scene);
     sort();
 }
@@ -153,7 +152,8 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
         const auto code = colored ? scene.values[layer]->codes.at(point) : render::noValue;
         const double value =
             code == render::noValue ? none : static_cast<double>(code) / render::greatestValue;
-        addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(place, 1.0)), std::nullopt, value,
+        const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;
+        addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(drawn, 1.0)), std::nullopt, value,
                  weight);
     });
 }

@@ -16,6 +16,7 @@
 #include "server/render/layers/scene.h"
 #include "tests/reference/hit.h"
 #include "tests/reference/mesh_hits.h"
+#include "tests/reference/reference_renderer.h"
 #include "tests/reference/stroke_hits.h"
 
 namespace mote::reference {
@@ -36,8 +37,8 @@ class RowHits {
 
 class PointHits {
   public:
-    /// `strokes`: besides the scene's. All must outlive it.
-    PointHits(const render::Scene& scene, const std::vector<std::shared_ptr<const render::Strokes>>& strokes);
+    /// Both must outlive it.
+    PointHits(const render::Scene& scene, const Options& options);
 
     RowHits row(std::uint32_t row) const;
     /// One a pixel: see Picture::ambiguous.
@@ -86,6 +87,7 @@ class PointHits {
 
     std::uint32_t width_, height_;
     const View& view_;
+    const PlaceOf& placeOf_;                        // may be empty
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;

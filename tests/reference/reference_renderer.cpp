@@ -19,7 +19,7 @@
 namespace mote::reference {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double endless = std::numeric_limits<double>::infinity();
 // What is behind less transmittance than this changes no pixel by a thousandth of an 8-bit step.
 constexpr double opaque = 1e-13;
 
@@ -40,14 +40,14 @@ void clip(LayerRay& ray, const std::vector<HalfSpace>& within) {
         const double speed = glm::dot(side.normal, ray.perDepth);
         if (speed > 0.0) ray.enter = std::max(ray.enter, -height / speed);
         if (speed < 0.0) ray.leave = std::min(ray.leave, -height / speed);
-        if (speed == 0.0 && height < 0.0) ray.leave = -infinity;
+        if (speed == 0.0 && height < 0.0) ray.leave = -endless;
     }
 }
 
 class Renderer {
   public:
     Renderer(const render::Scene& scene, const Options& options)
-        : view_(scene.view), hits_(scene, options.strokes), samplesPerCell_(options.samplesPerCell) {
+        : view_(scene.view), hits_(scene, options), samplesPerCell_(options.samplesPerCell) {
         for (std::size_t i = 0; i < view_.layers.size(); ++i) {
             const Layer& layer = view_.layers[i];
             if (!(layer.opacity > 0.0)) continue;
@@ -80,7 +80,7 @@ class Renderer {
     glm::dvec3 pixel(std::uint32_t column, std::uint32_t row, std::span<const Hit> hits) const {
         const auto rays = raysThrough(column, row);
         Light light;
-        double depth = -infinity;
+        double depth = -endless;
         for (const auto& hit : hits) {
             if (light.left <= opaque) break;
             gather(rays, depth, hit.depth, light);
@@ -88,7 +88,7 @@ class Renderer {
             light.left *= 1.0 - hit.alpha;
             depth = hit.depth;
         }
-        gather(rays, depth, infinity, light);
+        gather(rays, depth, endless, light);
         return light.color + light.left * view_.background;
     }
 
@@ -103,7 +103,7 @@ class Renderer {
         std::vector<LayerRay> rays;
         for (std::size_t i = 0; i < eyeToLayer_.size(); ++i) {
             LayerRay ray{glm::dvec3(eyeToLayer_[i] * origin), glm::dvec3(eyeToLayer_[i] * perDepth),
-                         nearestDepth(view_.camera), infinity};
+                         nearestDepth(view_.camera), endless};
             clip(ray, within_[i]);
             rays.push_back(ray);
         }
@@ -136,7 +136,7 @@ class Renderer {
 
     /// The depth of one sample among the layers that the ray is in; infinite where it is in none.
     double stepWithin(const std::vector<LayerRay>& rays, double depth) const {
-        double step = infinity;
+        double step = endless;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (depth < rays[i].enter || depth > rays[i].leave) continue;
             step = std::min(step, fields_[i]->cellEdge() / (samplesPerCell_ * glm::length(rays[i].perDepth)));

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <vector>
@@ -17,10 +18,14 @@
 
 namespace mote::reference {
 
+/// Where a point of a layer's step is drawn that has it at `place`: layer space.
+using PlaceOf = std::function<glm::dvec3(std::uint32_t layer, std::uint64_t point, const glm::dvec3& place)>;
+
 struct Options {
     double samplesPerCell = 16.0;  ///< volume samples along a ray, the edge of the finest volume's cell
     std::vector<std::shared_ptr<const render::Strokes>> strokes =
-        {};  ///< besides the scene's layers; not null
+        {};                ///< besides the scene's layers; not null
+    PlaceOf placeOf = {};  ///< empty: there. Highlights are of the whole step then
 };
 
 struct Picture {

@@ -13,7 +13,7 @@ namespace mote::reference {
 namespace {
 
 /// Every third bit of a Morton code.
-std::int64_t placeOf(std::uint64_t morton, unsigned axis) {
+std::int64_t placeAlong(std::uint64_t morton, unsigned axis) {
     std::int64_t place = 0;
     for (unsigned bit = 0; bit < 21; ++bit)
         place |= static_cast<std::int64_t>(morton >> (3 * bit + axis) & 1) << bit;
@@ -74,7 +74,7 @@ std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep
         found.push_back(
             {i,
              nodes.level[leaves.node[i]],
-             {placeOf(morton, 0), placeOf(morton, 1), placeOf(morton, 2)},
+             {placeAlong(morton, 0), placeAlong(morton, 1), placeAlong(morton, 2)},
              density,
              values == nullptr ? t : meanValue(*values, leaves.pointBegin[i], leaves.pointCount[i]),
              extinction});

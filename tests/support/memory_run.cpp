@@ -108,9 +108,11 @@ MemoryColumns::MemoryColumns(std::uint64_t points, std::vector<Column> columns,
     std::ranges::stable_sort(byId_, {}, [&](std::uint32_t point) { return (*ids_)[point]; });
 }
 
-MemoryRun::MemoryRun(std::vector<Step> steps, storage::BeamContext context)
+MemoryRun::MemoryRun(std::vector<Step> steps, storage::BeamContext context,
+                     const std::vector<proto::Axis>& axes)
     : steps_(std::move(steps)), context_(context) {
     manifest_.set_mass(context.mass);
+    manifest_.mutable_axes()->Assign(axes.begin(), axes.end());
     for (const auto& step : steps_) {
         auto& entry = *manifest_.add_steps();
         entry.set_particles(step.points->pointCount());

@@ -58,7 +58,9 @@ class MemoryRun final : public storage::RunSteps {
         std::shared_ptr<const MemoryStep> points;
         std::shared_ptr<const MemoryColumns> columns;  ///< may be null
     };
-    MemoryRun(std::vector<Step> steps, storage::BeamContext context);
+    /// `axes`: of its plot, where a test asks for them.
+    MemoryRun(std::vector<Step> steps, storage::BeamContext context,
+              const std::vector<proto::Axis>& axes = {});
 
     const proto::ParticlesManifest& manifest() const override { return manifest_; }
     Result<storage::StepNumbers> step(std::uint32_t index) const override;

@@ -14,6 +14,7 @@
 #include "server/render/plan/dot.h"
 #include "server/render/plan/grid_field.h"
 #include "server/render/plan/point_values.h"
+#include "server/render/plan/point_ways.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -33,6 +34,8 @@ struct Scene {
     std::vector<std::shared_ptr<const storage::ParticleStep>> highlights = {};
     std::vector<std::shared_ptr<const PointValues>> values = {};
     std::vector<std::shared_ptr<const PointPaths>> paths = {};
+    /// Likewise: where its points, or those of which the step's are chosen, go to Layer::towards.
+    std::vector<std::shared_ptr<const PointWays>> ways = {};
     /// Likewise, of coherent drawings: what is remembered of the one before, and then of this one. Of one
     /// thread at a time.
     std::vector<std::shared_ptr<InkMemory>> inks = {};

@@ -49,6 +49,8 @@ struct PointLook {
 struct PointsPlan {
     std::size_t layer = 0;  ///< the one of the view that they are of
     std::shared_ptr<const storage::ParticleStep> step = {};
+    /// Whose points they are, where they are drawn at other places than it has them at; null: `step`'s.
+    std::shared_ptr<const storage::ParticleStep> source = {};
     glm::dmat4 boxToEye{1.0};  ///< the plot's box [0, 1]^3 to eye space
     PointLook look = {};
     Curve fraction = Curve::constant(1.0);  ///< t -> how much of a leaf's points is drawn, before `share`
@@ -62,7 +64,7 @@ struct PointsPlan {
     std::shared_ptr<const PreviewSelection> preview = {};
     std::uint64_t pointsDrawn = 0;  ///< of the leaves that may be in view, or of the preview at most
     double share = 1.0;             ///< of the points of the exact picture; at most Quality::pointFraction
-    storage::StepNeed need = {};    ///< what would have to be in memory for any share
+    storage::StepNeed need = {};    ///< what of the source would have to be in memory for any share
     std::optional<PointColors> colors = {};  ///< in place of the look's, where a pixel has a value
     bool waits = false;  ///< the share is less than was asked for until what is needed is in memory
 

@@ -60,4 +60,19 @@ std::shared_ptr<const PointValues> SelectionCache::leafMeans(
     return means;
 }
 
+MovedPoints SelectionCache::moved(const Step& step, const std::shared_ptr<const PointSelection>& selection,
+                                  const std::shared_ptr<const PointWays>& ways, double share,
+                                  const std::shared_ptr<const PointValues>& values) {
+    moved_.remove_if([](const Moved& one) { return one.selection.expired() || one.ways.expired(); });
+    const auto* const known = mostRecent(moved_, [&](const Moved& one) {
+        return one.selection.lock() == selection && one.ways.lock() == ways && one.share == share &&
+               one.values.lock() == values;
+    });
+    if (known != nullptr) return known->points;
+    while (moved_.size() >= keptMoved) moved_.pop_back();
+    auto points = movePoints(*step, selection.get(), *ways, share, values.get());
+    if (points.selection->points <= mostMoved) moved_.push_front({selection, ways, share, values, points});
+    return points;
+}
+
 }  // namespace mote::render

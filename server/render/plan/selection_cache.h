@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "protocol/scene/transfer_function.h"
+#include "server/render/plan/moved_points.h"
 #include "server/render/plan/point_selection.h"
 #include "server/render/plan/point_values.h"
 
@@ -30,10 +31,16 @@ class SelectionCache {
     /// The means of a step's values by leaf (leaf_means.h). Throws as leafMeans.
     std::shared_ptr<const PointValues> leafMeans(const Step& step,
                                                  const std::shared_ptr<const PointValues>& values);
+    /// What of a step is selected, on its way; `values`: null, or of the step. Throws as movePoints.
+    MovedPoints moved(const Step& step, const std::shared_ptr<const PointSelection>& selection,
+                      const std::shared_ptr<const PointWays>& ways, double share,
+                      const std::shared_ptr<const PointValues>& values);
 
   private:
     static constexpr std::size_t kept = 4;  // quick, intermediate and exact of one style, and one more
     static constexpr std::size_t keptVolumes = 8;
+    static constexpr std::size_t keptMoved = 2;                         // those of both steps
+    static constexpr std::uint64_t mostMoved = std::uint64_t{1} << 21;  // of more, none are kept
 
     struct Entry {
         std::weak_ptr<const storage::ParticleStep> step;
@@ -58,10 +65,18 @@ class SelectionCache {
         std::weak_ptr<const PointValues> of;
         std::shared_ptr<const PointValues> means;
     };
+    struct Moved {
+        std::weak_ptr<const PointSelection> selection;
+        std::weak_ptr<const PointWays> ways;
+        double share;
+        std::weak_ptr<const PointValues> values;
+        MovedPoints points;
+    };
     std::list<Entry> entries_;   // the latest first
     std::list<Volume> volumes_;  // likewise
     std::list<Means> means_;     // likewise
     std::list<Weight> weights_;  // likewise
+    std::list<Moved> moved_;     // likewise
 };
 
 }  // namespace mote::render

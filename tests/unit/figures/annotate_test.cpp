@@ -221,8 +221,8 @@ TEST(Annotate, wordsTellDatasetStepTimeAndCounts) {
 TEST(Annotate, wordsTellBothStepsThatALayerIsBetween) {
     View view = viewOf(1280, 720);
     view.layers[0].towards = Towards{2, 0.25};
-    const std::string words = "data/beam   step 1 to 2 (25%) of 2   t = 1.25\u2009ns";
-    EXPECT_EQ(wordsOf(annotate(view, factsOf(view))).count(words), 1u);
+    const std::string words = "data/beam   step 1 to 2 (25%, dissolving) of 2   t = 1.25\u2009ns";
+    EXPECT_EQ(wordsOf(annotate(view, factsOf(view))).count(words), 1u) << "nobody can follow its particles";
     view.layers[0].step = 2;
     view.layers[0].towards = Towards{1, 0.75};
     EXPECT_EQ(wordsOf(annotate(view, factsOf(view))).count(words), 1u) << "the same from its other end";

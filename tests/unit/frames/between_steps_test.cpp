@@ -2,33 +2,13 @@
 //
 // Views between steps, from a view to its picture (docs/PICTURE.md, "Between steps"): against the reference,
 // and that light neither comes nor goes on the way.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <glm/gtc/packing.hpp>
-#include <numeric>
-
-#include "protocol/scene/srgb.h"
-#include "server/frames/picture_maker.h"
-#include "server/render/device.h"
-#include "tests/reference/between_steps.h"
 #include "tests/support/random.h"
-#include "tests/support/view_text.h"
-#include "tests/unit/frames/memory_source.h"
+#include "tests/unit/frames/between_steps_fixture.h"
 
 namespace mote::server {
 namespace {
 
-using test::MemoryStep, test::Random, test::WeightedPoint;
-using Points = std::vector<WeightedPoint>;
-
-constexpr std::uint32_t width = 96, height = 72;
-
-glm::dvec3 inBox(const glm::dvec3& place) {
-    return glm::clamp(place, glm::dvec3(0.0), glm::dvec3(1.0 - 1e-9));
-}
+using test::Random;
 
 /// A bunch of particles around a line through the plot's middle.
 Points bunch(Random& random, std::size_t count, const glm::dvec3& way, double thick) {
@@ -57,100 +37,7 @@ std::pair<Points, Points> anyRun(Random& random, unsigned kind) {
     return {first, {}};
 }
 
-/// Linear light.
-using Light = std::vector<glm::dvec3>;
-
-Light lightOf(const render::Picture& picture) {
-    Light light(std::size_t{picture.width} * picture.height);
-    const bool half = picture.format == render::PixelFormat::linearHalf;
-    for (std::size_t i = 0; i < light.size(); ++i) {
-        for (int c = 0; c < 3; ++c) {
-            const std::size_t at = 4 * i + static_cast<std::size_t>(c);
-            std::uint16_t bits = 0;
-            if (half) std::memcpy(&bits, picture.pixels.data() + 2 * at, 2);
-            light[i][c] = half ? glm::unpackHalf1x16(bits) : srgbToLinear(picture.pixels[at] / 255.0);
-        }
-    }
-    return light;
-}
-
-double total(const Light& light) {
-    return std::accumulate(light.begin(), light.end(), 0.0,
-                           [](double sum, const auto& pixel) { return sum + luminance(pixel); });
-}
-
-/// Of the brightest 8 x 8 pixels.
-double brightestPatch(const Light& light) {
-    constexpr std::uint32_t side = 8;
-    std::vector<double> patches(std::size_t{width / side} * (height / side));
-    for (std::uint32_t y = 0; y < height; ++y)
-        for (std::uint32_t x = 0; x < width; ++x)
-            patches[y / side * (width / side) + x / side] += luminance(light[std::size_t{y} * width + x]);
-    return *std::max_element(patches.begin(), patches.end());
-}
-
-class BetweenSteps : public testing::TestWithParam<const char*> {
-  protected:
-    static View viewBetween(double share, const std::string& style = "{}") {
-        View view = test::viewOf(
-            "{'width': 96, 'height': 72, 'camera': {'eye': [0.8, 0.6, 4], 'target': [0, 0, 0]},"
-            "'layers': [{'dataset': 'run', 'particles': " +
-            style + "}]}");
-        view.layers[0].towards = Towards{1, share};
-        return view;
-    }
-    void addRun(const std::pair<Points, Points>& run, const std::string& name = "run") {
-        test::MemoryStepOptions options{.volumeLevel = 4};
-        options.logDensity = MemoryStep::make(run.first, options)->logDensity();
-        source_.add(name, {MemoryStep::make(run.first, options), MemoryStep::make(run.second, options)});
-    }
-    Result<Making> make(const View& view, Stage stage = Stage::exact,
-                        render::PixelFormat format = render::PixelFormat::srgb8) {
-        auto task = std::make_shared<ViewTask>();
-        task->view = view;
-        task->format = format;
-        return maker_.make({.session = 1, .task = task, .stage = stage}, history_);
-    }
-    render::Picture drawn(const View& view, Stage stage = Stage::exact,
-                          render::PixelFormat format = render::PixelFormat::srgb8) {
-        auto made = make(view, stage, format);
-        EXPECT_TRUE(made.ok()) << made.error().toString();
-        EXPECT_TRUE(made.ok() && made->picture);
-        return made.ok() && made->picture ? made->picture->picture : render::Picture();
-    }
-    /// As the frames of a view give it.
-    render::Scene sceneOf(const View& view) const {
-        render::Scene scene{view, {}};
-        for (std::size_t i = 0; i < view.layers.size(); ++i) {
-            resolveByPlot(*scene.view.layers[i].particles(), source_.plot(view.layers[i].dataset));
-            scene.steps.push_back(source_.steps(view.layers[i].dataset)[view.layers[i].step]);
-        }
-        return scene;
-    }
-    double psnr(const View& view, const render::Picture& picture) const {
-        const auto expected = reference::encode(
-            reference::renderBetween(view, [this](const View& one) { return sceneOf(one); }));
-        double squares = 0.0;
-        for (std::size_t i = 0; i < expected.pixels.size(); ++i)
-            squares += std::pow(expected.pixels[i] - picture.pixels[i], 2);
-        return 10.0 *
-               std::log10(255.0 * 255.0 * static_cast<double>(expected.pixels.size()) / (squares + 1e-9));
-    }
-
-    MemorySource source_;
-    PictureMaker maker_{[] {
-                            const auto kind = render::parseDeviceKind(GetParam());
-                            return render::createDevice(kind.value(), 1);
-                        },
-                        source_, render::DeviceCosts{}};
-    PictureHistory history_{QualityController(30.0)};
-};
-
 INSTANTIATE_TEST_SUITE_P(Devices, BetweenSteps, testing::Values("cpu", "egl"));
-
-const std::string withVolume =
-    "{'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},"
-    "'points': {'opacity': 0.7, 'sizePixels': 1.5}}";
 
 TEST_P(BetweenSteps, LightIsTheMeanOfBothEndsAllTheWay) {
     Random random(51);

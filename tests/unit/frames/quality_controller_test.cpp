@@ -102,6 +102,30 @@ TEST(QualityController, AThirdOfTheResolutionWhereHalfTakesTooLong) {
     EXPECT_EQ(controller.quick(volume).resolutionScale, 1.0 / 3.0);
 }
 
+/// Points of one pixel: 131,072 of them may grow, of more a fifth keeps its light in whole pixels.
+TEST(QualityController, FewerPixelsWhereManyPointsWouldLoseLight) {
+    for (const double perPoint : {5e-6, 12e-6, 25e-6, 60e-6, 100e-6}) {
+        for (const double points : {0.5e6, 2e6, 10e6, 50e6}) {
+            const SimulatedDevice device{1.0, perPoint, 1e-8, 1e-6};
+            const ViewLoad load{hd.pixels, points};
+            QualityController controller(30.0);
+            int changes = 0;
+            Quality quality;
+            for (int i = 0; i < 60; ++i) {
+                const double before = quality.resolutionScale;
+                quality = controller.quick(load);
+                if (i > 20 && quality.resolutionScale != before) ++changes;
+                device.render(controller, load, quality);
+            }
+            const double share = quality.pointFraction, scale = quality.resolutionScale;
+            EXPECT_EQ(changes, 0);
+            EXPECT_TRUE(share * points <= 1 << 17 || share >= 0.199 * scale * scale || scale < 0.4)
+                << perPoint << ' ' << points << ' ' << share << ' ' << scale;
+            EXPECT_TRUE(share < 1.0 || scale == 1.0);
+        }
+    }
+}
+
 TEST(QualityController, ACalibratedDeviceIsTrustedFromTheFirstPicture) {
     const SimulatedDevice device{0.5, 4e-6, 1e-8, 1e-6};
     QualityController controller(30.0);

@@ -146,9 +146,9 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
     return true;
 }
 
-/// A small share of a plot that lies mostly in view comes from the preview. `even`: all points weigh the
-/// same.
-void select(PointsPlan& points, const Frustum& frustum, bool even, const Lowering& out) {
+/// A small share of a plot that lies mostly in view comes from the preview. `alike`: all points weigh the
+/// same, and it is not worth its time that they move.
+void select(PointsPlan& points, const Frustum& frustum, bool alike, const Lowering& out) {
     const double share = points.share = out.quality.pointFraction;
     points.need = needOf(points);
     const bool none = points.need.preview == 0;
@@ -164,7 +164,7 @@ void select(PointsPlan& points, const Frustum& frustum, bool even, const Lowerin
     points.leavesInView = leavesInView(*points.step, frustum, points.choice());
     // The preview does not tell which points of the step its own are, nor their weights, nor which leaves are
     // thin.
-    const bool preview = out.device.preview && even && !points.colors && !points.choice().thin();
+    const bool preview = out.device.preview && alike && !points.colors && !points.choice().thin();
     if (preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
         return;
     }
@@ -176,6 +176,26 @@ void select(PointsPlan& points, const Frustum& frustum, bool even, const Lowerin
 template <class T>
 std::shared_ptr<const T> partOf(const std::vector<std::shared_ptr<const T>>& all, std::size_t index) {
     return index < all.size() ? all[index] : nullptr;
+}
+
+/// Where a layer's points go that are on their way to another step; null: nowhere. Other processes have their
+/// points from the step's file.
+std::shared_ptr<const PointWays> waysOf(const Scene& scene, std::size_t index, const Lowering& out) {
+    if (!out.device.allPoints || !scene.view.layers[index].towards) return nullptr;
+    return partOf(scene.ways, index);
+}
+
+/// Points of leaves go on their way.
+void move(PointsPlan& points, const std::shared_ptr<const PointWays>& ways, double share,
+          const Lowering& out) {
+    if (ways == nullptr || points.preview != nullptr || points.selection->points == 0) return;
+    auto moved = out.selections.moved(points.step, points.selection, ways, share,
+                                      points.colors ? points.colors->values : nullptr);
+    points.source = std::exchange(points.step, std::move(moved.step));
+    points.selection = std::move(moved.selection);
+    points.leavesInView.clear();
+    points.pointsDrawn = points.selection->points;
+    if (points.colors) points.colors->values = std::move(moved.values);
 }
 
 /// Without values, points have the colour of their look. The preview knows no values.
@@ -223,8 +243,12 @@ void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& sty
                 Lowering& out) {
     const Layer& layer = scene.view.layers[index];
     if (auto chosen = partOf(scene.highlights, index); layer.highlight && chosen) {
-        out.highlights.emplace_back([&layer, &style, chosen = std::move(chosen), inEye, &out] {
-            lowerHighlight(layer, *layer.highlight, style, *chosen, inEye, out);
+        out.highlights.emplace_back([&layer, &style, chosen = std::move(chosen),
+                                     ways = waysOf(scene, index, out), inEye, &out] {
+            const auto step = ways == nullptr
+                                  ? chosen
+                                  : movePoints(*chosen, nullptr, *ways, layer.towards->share, nullptr).step;
+            lowerHighlight(layer, *layer.highlight, style, *step, inEye, out);
         });
     }
     if (const auto paths = partOf(scene.paths, index); layer.paths && paths)
@@ -258,7 +282,10 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
     const Frustum frustum(plan.camera, plan.width, plan.height,
                           footprintReach(looks.of(share, looks.weight().even).size), nearLimit(plan.camera),
                           layerToEye);
-    select(points, frustum, looks.weight().even, out);
+    const auto ways = waysOf(scene, index, out);
+    const bool still = ways == nullptr || step->pointCount() > fewPoints;
+    select(points, frustum, looks.weight().even && still, out);
+    if (ways != nullptr) move(points, ways, layer.towards->share, out);
     points.waits = points.waits || (points.volume != nullptr && treeWaits(*step, out));
     const bool byLeaf = !points.selection->weights.empty();
     const bool ofStep = points.preview != nullptr || (looks.weight().even && !byLeaf);

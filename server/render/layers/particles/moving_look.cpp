@@ -39,7 +39,6 @@ PointLook opaque(const PointLook& rest, const LessDrawn& less, double wanted) {
 }  // namespace
 
 LessDrawn LessDrawn::of(double pixels, double share, double size, std::uint64_t points) {
-    constexpr double fewDiscs = 1 << 17;  // take no longer than ten times as many points of a pixel
     return {pixels, share, size > 1.0 || share * static_cast<double>(points) <= fewDiscs};
 }
 

@@ -16,6 +16,11 @@ struct LessDrawn {
     double share = 1.0;   ///< of the points that is drawn
     bool grows = true;    ///< points may be larger for it; discs take long to draw
 
+    /// So many discs take no longer than ten times as many points of a pixel: points of one grow up to here.
+    static constexpr double fewDiscs = 1 << 17;
+    /// What does not grow keeps its light down to such a share of the points, but for what a lone one hides.
+    static double leastShare(double pixels) { return 0.2 * pixels * pixels; }
+
     /// Of so many points, whose diameter at rest is `size`.
     static LessDrawn of(double pixels, double share, double size, std::uint64_t points);
     bool nothing() const { return pixels == 1.0 && share == 1.0; }
