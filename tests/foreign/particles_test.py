@@ -5,9 +5,11 @@ import unittest
 
 from particle_codes import Gpt, Ocelot, Opal, PyOrbit, Spiffe, Tfs
 from particle_records import OpenPmd, Refusals
+from particle_runs import Astra, Genesis, H5Part, ImpactT, Sdds, TraceWin
 from particle_tables import Tables, Xsuite
 
-__all__ = ["Gpt", "Ocelot", "Opal", "OpenPmd", "PyOrbit", "Refusals", "Spiffe", "Tables", "Tfs", "Xsuite"]
+__all__ = ["Astra", "Genesis", "Gpt", "H5Part", "ImpactT", "Ocelot", "Opal", "OpenPmd", "PyOrbit", "Refusals", "Sdds", "Spiffe",
+           "Tables", "Tfs", "TraceWin", "Xsuite"]
 
 if __name__ == "__main__":
     unittest.main()
