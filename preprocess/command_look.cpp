@@ -33,7 +33,7 @@ constexpr std::uint64_t mostSeconds = 600;  // of the processor, for what is no 
 struct LookArguments {
     std::vector<std::string> inputs;
     std::string format, species, map, field, series;
-    std::optional<double> mass, frequency;
+    std::optional<double> mass, frequency, kineticEnergy;
     std::uint64_t memory = 0;
     bool all = false;
 
@@ -46,6 +46,7 @@ struct LookArguments {
         made.particles.set_map(map);
         if (mass) made.particles.mutable_impact()->set_mass(*mass);
         if (frequency) made.particles.mutable_impact()->set_frequency(*frequency);
+        if (kineticEnergy) made.particles.mutable_impact()->set_kinetic_energy(*kineticEnergy);
         made.volume.set_format(format == "auto" ? "" : format);
         made.volume.set_field(field);
         made.volume.set_series(series);
@@ -125,6 +126,8 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
     command.option("--mass", options->mass, "Rest mass, eV/c^2, where the file does not say it")
         .valueName("EV");
     command.option("--frequency", options->frequency, "IMPACT: scaling frequency, Hz").valueName("HZ");
+    command.option("--kinetic-energy", options->kineticEnergy, "IMPACT: reference kinetic energy, eV")
+        .valueName("EV");
     command
         .option("--memory", options->memory,
                 "Memory that reading may take, as 8G; three quarters of the machine's unless given")

@@ -8,7 +8,7 @@ import numpy
 from program import BIN
 
 SECONDS = 120  # no file of the tests takes a part of it
-PASSED_ON = ("--mass", "--map", "--species", "--format", "--frequency", "--field", "--series")
+PASSED_ON = ("--mass", "--map", "--species", "--format", "--frequency", "--kinetic-energy", "--field", "--series")
 formats = None  # those that the running test writes; None: any
 family = ""  # what that test is of
 

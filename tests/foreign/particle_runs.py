@@ -212,6 +212,28 @@ class ImpactT(Case):
 
 
 @needs_program
+class ImpactZ(Case):
+    FORMATS = {"impactz"}
+
+    def test_columns_without_names(self):
+        for (mass, charge), columns, packed, fmt in itertools.product(((ELECTRON, -1), (PROTON, 1)), (7, 8, 9), (False, True),
+                                                                      ("%.17g", "%.16E")):
+            beam = Beam(mass=mass, p0=1e9, charge=charge)
+            frequency = 3.5e8
+            turn = 2 * numpy.pi * frequency
+            rows = [beam.x * turn / C, beam.px / mass, beam.y * turn / C, beam.py / mass, turn * beam.t, beam.e0 / mass - beam.gamma,
+                    numpy.full(beam.count, charge / mass), charge * beam.weight * E, beam.id, numpy.zeros(beam.count)]
+            text = table(None, rows[:columns], " ", fmt)
+            path = self.folder / ("fort.101.gz" if packed else "fort.101")
+            path.write_bytes(gzip.compress(text.encode(), mtime=0) if packed else text.encode())
+            options = ("--format", "impactz", "--mass", mass, "--frequency", frequency, "--kinetic-energy", beam.e0 - mass)
+            made = beams.read(path, *options)
+            beam.hold(self, made.steps[0], "x y px py pz t", f"{mass} {columns} {fmt}", ids=columns > 8, z=beam.zeta,
+                      **({"weight": beam.weight * E} if columns > 7 else {}))
+            self.assertEqual(made.steps[0].iteration, 101)
+
+
+@needs_program
 class H5Part(Case):
     FORMATS = {"h5part"}
 

@@ -5,10 +5,10 @@ import unittest
 
 from particle_codes import Gpt, Ocelot, Opal, PyOrbit, Spiffe, Tfs
 from particle_records import OpenPmd, Refusals
-from particle_runs import Astra, Genesis, H5Part, ImpactT, Sdds, TraceWin
+from particle_runs import Astra, Genesis, H5Part, ImpactT, ImpactZ, Sdds, TraceWin
 from particle_tables import Tables, Xsuite
 
-__all__ = ["Astra", "Genesis", "Gpt", "H5Part", "ImpactT", "Ocelot", "Opal", "OpenPmd", "PyOrbit", "Refusals", "Sdds", "Spiffe",
+__all__ = ["Astra", "Genesis", "Gpt", "H5Part", "ImpactT", "ImpactZ", "Ocelot", "Opal", "OpenPmd", "PyOrbit", "Refusals", "Sdds", "Spiffe",
            "Tables", "Tfs", "TraceWin", "Xsuite"]
 
 if __name__ == "__main__":
