@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
@@ -105,7 +105,7 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
         .option("INPUT", options.inputs,
                 "The files of one runParticles, a folder of them, or a dataset with columns")
         .required();
-    command.option("--format", options.format, fmt::format("{}", fmt::join(particleFormats(), ", ")))
+    command.option("--format", options.format, "How the files are read; their content tells unless given")
         .oneOf(particleFormats())
         .valueName("NAME");
     command.option("--species", options.species, "openPMD species; needed where there are several")
