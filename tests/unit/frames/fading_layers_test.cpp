@@ -69,7 +69,7 @@ std::string withOpacity(const std::string& layer, double opacity) {
     return "{'opacity': " + std::to_string(opacity) + "," + layer.substr(1);
 }
 
-const std::string fadingBall = "{'dataset': 'fadingBall', 'stipple': {'spacingPixels': 3}}";
+const std::string fadingBall = "{'dataset': 'ball', 'stipple': {'spacingPixels': 3}}";
 const std::string solid = "{'dataset': 'solid', 'mesh': {'color': [0.8, 0.2, 0.1]}}";
 const std::string ink = "{'dataset': 'solid', 'ink': {'ink': {'strength': 0.5}}}";
 const std::string grey = "{'dataset': 'solid', 'ink': {'show': 'grey'}}";
