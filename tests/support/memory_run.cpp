@@ -108,8 +108,7 @@ MemoryColumns::MemoryColumns(std::uint64_t points, std::vector<Column> columns,
     std::ranges::stable_sort(byId_, {}, [&](std::uint32_t point) { return (*ids_)[point]; });
 }
 
-MemoryRun::MemoryRun(std::vector<Step> steps, storage::BeamContext context,
-                     const std::vector<proto::Axis>& axes)
+MemoryRun::MemoryRun(std::vector<Step> steps, BeamContext context, const std::vector<proto::Axis>& axes)
     : steps_(std::move(steps)), context_(context) {
     manifest_.set_mass(context.mass);
     manifest_.mutable_axes()->Assign(axes.begin(), axes.end());
@@ -149,7 +148,8 @@ std::shared_ptr<const MemoryRun> anyRun(Random& random, const AnyRun& shape) {
     std::vector<MemoryRun::Step> steps;
     const bool far = random.chance(0.3);
     for (std::uint32_t i = 0; i < shape.steps; ++i) steps.push_back(makeStep(random, shape, far));
-    return std::make_shared<const MemoryRun>(std::move(steps), storage::BeamContext{0.511e6, 4e6});
+    return std::make_shared<const MemoryRun>(std::move(steps),
+                                             BeamContext{.mass = 0.511e6, .meanMomentum = 4e6});
 }
 
 }  // namespace mote::test

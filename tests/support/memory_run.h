@@ -59,17 +59,16 @@ class MemoryRun final : public storage::RunSteps {
         std::shared_ptr<const MemoryColumns> columns;  ///< may be null
     };
     /// `axes`: of its plot, where a test asks for them.
-    MemoryRun(std::vector<Step> steps, storage::BeamContext context,
-              const std::vector<proto::Axis>& axes = {});
+    MemoryRun(std::vector<Step> steps, BeamContext context, const std::vector<proto::Axis>& axes = {});
 
     const proto::ParticlesManifest& manifest() const override { return manifest_; }
     Result<storage::StepNumbers> step(std::uint32_t index) const override;
     const Step& at(std::uint32_t index) const { return steps_[index]; }
-    const storage::BeamContext& context() const { return context_; }
+    const BeamContext& context() const { return context_; }
 
   private:
     std::vector<Step> steps_;
-    storage::BeamContext context_;
+    BeamContext context_;
     proto::ParticlesManifest manifest_;
 };
 

@@ -20,9 +20,9 @@ namespace {
 using server::QueryAnswer;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-class OneRun final : public server::RunSource {
+class OddRun final : public server::RunSource {
   public:
-    explicit OneRun(std::shared_ptr<const storage::RunSteps> run) : run_(std::move(run)) {}
+    explicit OddRun(std::shared_ptr<const storage::RunSteps> run) : run_(std::move(run)) {}
     Result<std::shared_ptr<const storage::RunSteps>> run(const std::string&) override { return run_; }
 
   private:
@@ -56,7 +56,7 @@ MemoryRun::Step stepOf(const std::vector<double>& x, const std::vector<double>& 
 
 /// The answer of the last of the steps that were asked for.
 Result<QueryAnswer> ask(std::vector<MemoryRun::Step> steps, const proto::Query& query) {
-    OneRun runs(std::make_shared<const MemoryRun>(std::move(steps),
+    OddRun runs(std::make_shared<const MemoryRun>(std::move(steps),
                                                   BeamContext{.mass = 0.511e6, .meanMomentum = 4e6}));
     constexpr std::uint64_t memory = 256 << 20;
     server::QueryService service(runs, std::make_shared<storage::BlockBudget>(memory), memory, 1);

@@ -19,7 +19,7 @@ using prep::Column;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const std::string xPath = "/data/1/particles/e/position/x";
+const std::string chunkedX = "/data/1/particles/e/position/x";
 
 class H5ChunksTest : public testing::Test {
   protected:
@@ -38,7 +38,7 @@ class H5ChunksTest : public testing::Test {
 
 /// Replaces the only chunk of x by other bytes; bit i of `skipped`: its filter i was left out.
 void replaceChunk(H5TestFile& file, const std::string& bytes, std::uint32_t skipped) {
-    const hid_t dataset = H5Dopen2(file.id(), xPath.c_str(), H5P_DEFAULT);
+    const hid_t dataset = H5Dopen2(file.id(), chunkedX.c_str(), H5P_DEFAULT);
     const hsize_t start = 0;
     EXPECT_GE(H5Dwrite_chunk(dataset, H5P_DEFAULT, skipped, &start, bytes.size(), bytes.data()), 0);
     H5Dclose(dataset);
@@ -70,7 +70,7 @@ TEST_P(H5ChunkFilters, areUndone) {
             std::memcpy(bytes.data(), values.data(), bytes.size());
             ASSERT_GE(H5Tconvert(H5T_NATIVE_DOUBLE, type, rows, bytes.data(), nullptr, H5P_DEFAULT), 0);
             const std::vector<hsize_t> flat = {rows}, narrow = {rows, 1};
-            file.write(xPath, type, bytes.data(), twoDimensions ? narrow : flat, creation);
+            file.write(chunkedX, type, bytes.data(), twoDimensions ? narrow : flat, creation);
         });
         H5Pclose(creation);
         NoteKeeper progress;
@@ -96,8 +96,8 @@ TEST_F(H5ChunksTest, thatWereNeverWrittenHoldTheFillValue) {
         H5Pset_chunk(creation, 1, &chunk);
         H5Pset_deflate(creation, 1);
         H5Pset_fill_value(creation, H5T_NATIVE_DOUBLE, &fill);
-        file.empty(xPath, {10}, creation);
-        const hid_t dataset = H5Dopen2(file.id(), xPath.c_str(), H5P_DEFAULT);
+        file.empty(chunkedX, {10}, creation);
+        const hid_t dataset = H5Dopen2(file.id(), chunkedX.c_str(), H5P_DEFAULT);
         const hid_t space = H5Dget_space(dataset), memory = H5Screate_simple(1, &count, nullptr);
         H5Sselect_hyperslab(space, H5S_SELECT_SET, &begin, nullptr, &count, nullptr);
         EXPECT_GE(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values), 0);
@@ -114,13 +114,13 @@ TEST_F(H5ChunksTest, thatWereNeverWrittenHoldTheFillValue) {
 /// HDF5 1.10 reads beyond a chunk whose filters were left out, as a flipped bit can say.
 TEST_F(H5ChunksTest, ofAnotherSizeAreRefused) {
     write([](H5TestFile& file) {
-        file.gzipped(xPath, std::vector<double>(1000, 1.0), 1000);
+        file.gzipped(chunkedX, std::vector<double>(1000, 1.0), 1000);
         replaceChunk(file, std::string(40, 'x'), 3);
     });
     EXPECT_THAT(errorOf({path()}),
-                HasSubstr("corrupt: run.h5:" + xPath + ": has a chunk that holds 40 bytes instead of 8000"));
+                HasSubstr("corrupt: run.h5:" + chunkedX + ": has a chunk that holds 40 bytes instead of 8000"));
     write([](H5TestFile& file) {
-        file.gzipped(xPath, std::vector<double>(1000, 1.0), 1000);
+        file.gzipped(chunkedX, std::vector<double>(1000, 1.0), 1000);
         replaceChunk(file, std::string(40, 'x'), 0);
     });
     EXPECT_THAT(errorOf({path()}), HasSubstr("its compressed data is damaged"));
@@ -132,7 +132,7 @@ TEST_F(H5ChunksTest, whoseChecksumIsWrongAreRefused) {
         const hsize_t chunk = 10;
         H5Pset_chunk(creation, 1, &chunk);
         H5Pset_fletcher32(creation);
-        file.empty(xPath, {10}, creation);
+        file.empty(chunkedX, {10}, creation);
         replaceChunk(file, std::string(84, 'x'), 0);
         H5Pclose(creation);
     });
