@@ -96,7 +96,7 @@ class Numbers(WithRun):
         self.assertEqual(set(ds.statistics(names=["sigma_x"])), {"step", "iteration", "time", "sigma_x"})
         self.assertEqual(run.queries, [], "nothing was asked for")
         with self.fails("invalid_argument", "names"):
-            ds.statistics(names=["sigma_q"])
+            ds.statistics(names=["norm_emit_q"])
 
     def test_statistics_of_a_selection(self):
         run, ds = self.open()
