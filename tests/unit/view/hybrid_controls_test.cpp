@@ -107,6 +107,10 @@ TEST(HybridControls, ASavedCurveStaysWithTheFirstDataset) {
     controls.read(style);
     controls.setDataset(volume(0.0, 1.0));
     EXPECT_EQ(controls.curve.knots(), (std::vector<Curve::Knot>{{0.25, 0.0}}));
+    HybridControls other;
+    other.read(style);
+    other.setDataset(volume(-3.0, 9.0));
+    EXPECT_EQ(other.curve.axis(), (Interval{-3.0, 9.0}));
 }
 
 TEST(HybridControls, TheBoxHoldsWholeVoxels) {

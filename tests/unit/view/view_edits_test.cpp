@@ -90,6 +90,7 @@ void expectChanged(const std::string& field, proto::Layer::KindCase kind,
                    const std::function<void(ViewModel&)>& make) {
     int made = 0;
     for (std::uint64_t i = 0; made < 25; ++i) {
+        ASSERT_LT(i, 100'000U) << "no views of the kind: " << field;
         const auto view = generatedView(41, i);
         if (view.layers().empty() || view.layers(0).kind_case() != kind) continue;
         ViewModel model;
