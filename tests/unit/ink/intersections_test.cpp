@@ -20,9 +20,9 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t width = 240, height = 200;
-constexpr double crease = 60.0, never = 180.0;  // degrees
-constexpr std::uint32_t columns = 72, rows = 36;
+constexpr std::uint32_t viewWidth = 240, viewHeight = 200;
+constexpr double creaseFrom = 60.0, noCreases = 180.0;  // degrees
+constexpr std::uint32_t sphereColumns = 72, sphereRows = 36;
 
 /// Their radius is 1.
 struct Spheres {
@@ -44,21 +44,22 @@ struct Spheres {
 
 void addSphere(storage::SurfaceMesh& mesh, const glm::dvec3& centre) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    for (std::uint32_t row = 0; row <= rows; ++row) {
-        for (std::uint32_t column = 0; column < columns; ++column) {
-            const double up = glm::pi<double>() * row / rows,
-                         around = glm::two_pi<double>() * column / columns;
-            const bool pole = row == 0 || row == rows;
+    for (std::uint32_t row = 0; row <= sphereRows; ++row) {
+        for (std::uint32_t column = 0; column < sphereColumns; ++column) {
+            const double up = glm::pi<double>() * row / sphereRows,
+                         around = glm::two_pi<double>() * column / sphereColumns;
+            const bool pole = row == 0 || row == sphereRows;
             const double wide = pole ? 0.0 : std::sin(up);
             const glm::dvec3 at(wide * std::cos(around), wide * std::sin(around), std::cos(up));
             mesh.positions.emplace_back(centre + at);
             mesh.normals.emplace_back(at);
         }
     }
-    for (std::uint32_t row = 0; row < rows; ++row) {
-        for (std::uint32_t column = 0; column < columns; ++column) {
-            const std::uint32_t next = (column + 1) % columns, a = first + row * columns, b = a + columns;
-            if (row + 1 < rows) mesh.triangles.push_back({a + column, b + column, b + next});
+    for (std::uint32_t row = 0; row < sphereRows; ++row) {
+        for (std::uint32_t column = 0; column < sphereColumns; ++column) {
+            const std::uint32_t next = (column + 1) % sphereColumns, a = first + row * sphereColumns,
+                                b = a + sphereColumns;
+            if (row + 1 < sphereRows) mesh.triangles.push_back({a + column, b + column, b + next});
             if (row > 0) mesh.triangles.push_back({a + column, b + next, a + next});
         }
     }
@@ -96,19 +97,19 @@ double distanceTo(const glm::dvec3& from, const glm::dvec3& to, const glm::dvec3
 
 /// Of spheres of so many columns the polygon lies up to 1 - cos(pi / 36) =
 /// 0.0038 within.
-constexpr double off = 0.01;
+constexpr double offCircle = 0.01;
 
-struct Counted {
+struct CountedPlaces {
     std::size_t seen = 0, hidden = 0;
 };
 
 /// What is drawn of the circle in a view, and what is not.
-void hold(const Spheres& spheres, const MeshSurface& surface, const Camera& camera, bool likely,
-          Counted& total) {
-    const auto plan = test::planOf(camera, width, height);
+void holdCircle(const Spheres& spheres, const MeshSurface& surface, const Camera& camera, bool likely,
+                CountedPlaces& total) {
+    const auto plan = test::planOf(camera, viewWidth, viewHeight);
     const LineView view(plan, glm::dmat4(1.0));
     const auto pictures = modalitiesOf(surface, glm::dmat4(1.0), {}, plan, {});
-    const auto edges = linesOf(surface, view, crease, {});
+    const auto edges = linesOf(surface, view, creaseFrom, {});
     const auto pieces = visible(surface, view, edges,
                                 {.sampling = 0.35,
                                  .likely = likely ? &pictures.triangle : nullptr,
@@ -123,7 +124,7 @@ void hold(const Spheres& spheres, const MeshSurface& surface, const Camera& came
         const auto place = view.toEye(at);
         const bool drawn = std::any_of(pieces.begin(), pieces.end(), [&](const EdgeLine& piece) {
             const auto [from, to] = partOf(endsOf(surface, piece, view), piece.piece);
-            return isIntersection(surface, piece) && distanceTo(from, to, place) < 2.0 * off;
+            return isIntersection(surface, piece) && distanceTo(from, to, place) < 2.0 * offCircle;
         });
         EXPECT_EQ(drawn, facing > 0.0) << i << " degrees, facing " << facing;
         ++(facing > 0.0 ? total.seen : total.hidden);
@@ -134,7 +135,7 @@ TEST(Intersections, OfTwoSpheresAreTheirCircleWhereItIsSeen) {
     test::Random random(7);
     const Spheres spheres;
     const auto surface = surfaceOfTwo();
-    Counted total;
+    CountedPlaces total;
     for (int i = 0; i < 12; ++i) {
         Camera camera;
         camera.target = spheres.middle();
@@ -142,7 +143,7 @@ TEST(Intersections, OfTwoSpheresAreTheirCircleWhereItIsSeen) {
         camera.up = random.direction();
         camera.fovYDegrees = 2.0 * glm::degrees(std::atan(1.7 / glm::distance(camera.eye, camera.target)));
         if (i % 3 == 0) camera.orthographicHeight = 3.4;
-        hold(spheres, *surface, camera, i % 2 == 0, total);
+        holdCircle(spheres, *surface, camera, i % 2 == 0, total);
     }
     EXPECT_GT(total.seen, 1000U);
     EXPECT_GT(total.hidden, 300U);
@@ -161,15 +162,15 @@ TEST(Intersections, LieOnTheCircleAndFollowOneAnother) {
     const Spheres spheres;
     const auto surface = surfaceOfTwo();
     const std::size_t count = surface->mesh().intersections.size();
-    ASSERT_GT(count, std::size_t{columns});
+    ASSERT_GT(count, std::size_t{sphereColumns});
     for (std::uint32_t i = 0; i < 2 * count; ++i) {
         const auto at = surface->place(static_cast<std::uint32_t>(surface->mesh().positions.size()) + i);
-        EXPECT_NEAR(glm::dot(at - spheres.middle(), spheres.axis()), 0.0, off);
-        EXPECT_NEAR(glm::distance(at, spheres.middle()), spheres.radius(), off);
+        EXPECT_NEAR(glm::dot(at - spheres.middle(), spheres.axis()), 0.0, offCircle);
+        EXPECT_NEAR(glm::distance(at, spheres.middle()), spheres.radius(), offCircle);
     }
     const auto camera = aslant(spheres);
-    const LineView view(test::planOf(camera, width, height), glm::dmat4(1.0));
-    auto lines = linesOf(*surface, view, crease, {});
+    const LineView view(test::planOf(camera, viewWidth, viewHeight), glm::dmat4(1.0));
+    auto lines = linesOf(*surface, view, creaseFrom, {});
     std::erase_if(lines, [&](const EdgeLine& line) { return !isIntersection(*surface, line); });
     EXPECT_EQ(lines.size(), count);
     EXPECT_EQ(chained(*surface, view, lines, 1.0, {}).size(), 1U) << "seen or not, a closed line";
@@ -180,12 +181,13 @@ TEST(Intersections, LieOnTheCircleAndFollowOneAnother) {
 TEST(Intersections, AreDrawnWhereCreasesAre) {
     const Spheres spheres;
     const auto surface = surfaceOfTwo();
-    auto plan = test::planOf(aslant(spheres), width, height);
+    auto plan = test::planOf(aslant(spheres), viewWidth, viewHeight);
     const LineView view(plan, glm::dmat4(1.0));
-    for (const auto& line : linesOf(*surface, view, never, {})) EXPECT_FALSE(isIntersection(*surface, line));
+    for (const auto& line : linesOf(*surface, view, noCreases, {}))
+        EXPECT_FALSE(isIntersection(*surface, line));
     plan.exact = false;
     const auto pictures = modalitiesOf(*surface, glm::dmat4(1.0), {}, plan, {});
-    auto lines = linesOf(*surface, view, crease, {});
+    auto lines = linesOf(*surface, view, creaseFrom, {});
     std::erase_if(lines, [&](const EdgeLine& line) { return !isIntersection(*surface, line); });
     double length = 0.0;
     for (const auto& line : quickLines(*surface, view, lines, pictures.modalities, {}))

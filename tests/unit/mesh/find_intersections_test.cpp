@@ -26,7 +26,7 @@
 namespace mote::test {
 namespace {
 
-using Pairs = std::vector<std::array<std::uint32_t, 2>>;
+using CutPairs = std::vector<std::array<std::uint32_t, 2>>;
 
 /// Bodies in one mesh; corners in one place are one corner, as welding leaves
 /// them.
@@ -107,16 +107,16 @@ class Bodies {
     prep::TriangleMesh mesh_;
 };
 
-Pairs found(const storage::SurfaceMesh& mesh) {
+CutPairs cutPairsOf(const storage::SurfaceMesh& mesh) {
     const auto pairs = prep::findIntersections(mesh, [] { return false; });
     EXPECT_TRUE(pairs.has_value());
-    return pairs.value_or(Pairs());
+    return pairs.value_or(CutPairs());
 }
 
-double lengthOf(const storage::SurfaceMesh& mesh) {
+double cutLengthOf(const storage::SurfaceMesh& mesh) {
     const storage::TriangleIntersections rule(mesh);
     double length = 0.0;
-    for (const auto& [one, other] : found(mesh)) {
+    for (const auto& [one, other] : cutPairsOf(mesh)) {
         const auto ends = rule.between(one, other);
         EXPECT_TRUE(ends.has_value());
         if (ends) length += glm::distance((*ends)[0], (*ends)[1]);
@@ -129,7 +129,7 @@ TEST(FindIntersections, ABoxInTheFloorHasALineAroundIt) {
         Bodies bodies;
         bodies.addFloor(0.3, turned);
         bodies.addBox({0, 0, 0.1}, {1, 2, 1});
-        EXPECT_NEAR(lengthOf(bodies.made()), 6.0, 1e-6);
+        EXPECT_NEAR(cutLengthOf(bodies.made()), 6.0, 1e-6);
     }
 }
 
@@ -140,7 +140,7 @@ TEST(FindIntersections, WhatStandsOnItOrHangsBelowHasNone) {
         bodies.addBox({-3, 0, 0.3}, {-2, 2, 1.3});
         bodies.addBox({2, 0, -0.7}, {3, 2, 0.3});
         bodies.addTube({0.3, 1.3}, 24);
-        EXPECT_TRUE(found(bodies.made()).empty());
+        EXPECT_TRUE(cutPairsOf(bodies.made()).empty());
     }
 }
 
@@ -151,7 +151,7 @@ TEST(FindIntersections, ATubeWithARingInTheFloorGoesThroughIt) {
         Bodies bodies;
         bodies.addFloor(z);
         bodies.addTube({z - 1.0, z, z + 1.0}, around);
-        EXPECT_NEAR(lengthOf(bodies.made()), 2.0 * around * std::sin(std::numbers::pi / around), 1e-5);
+        EXPECT_NEAR(cutLengthOf(bodies.made()), 2.0 * around * std::sin(std::numbers::pi / around), 1e-5);
     }
 }
 
@@ -160,11 +160,11 @@ TEST(FindIntersections, AWholeSurfaceAndPartsInOnePlaneHaveNone) {
         Bodies bodies;
         bodies.addSheet(13, aside);
         bodies.addSheet(17, aside);
-        EXPECT_TRUE(found(bodies.made()).empty()) << aside;
+        EXPECT_TRUE(cutPairsOf(bodies.made()).empty()) << aside;
     }
     Bodies tube;
     tube.addTube({0.0, 0.5, 1.0, 2.0}, 40);
-    EXPECT_TRUE(found(tube.made()).empty());
+    EXPECT_TRUE(cutPairsOf(tube.made()).empty());
 }
 
 /// Whether a side of one triangle goes through the other, by volumes of
@@ -195,14 +195,14 @@ TEST(FindIntersections, AreThosePairsThatATrialOfAllFinds) {
             mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
         }
         const auto made = prep::makeSurfaceMesh(mesh);
-        Pairs wanted;
+        CutPairs wanted;
         for (std::uint32_t i = 0; i < 300; ++i) {
             for (std::uint32_t k = i + 1; k < 300; ++k) {
                 if (pierces(made, i, k) || pierces(made, k, i)) wanted.push_back({i, k});
             }
         }
         EXPECT_GT(wanted.size(), 300U);
-        EXPECT_EQ(found(made), wanted);
+        EXPECT_EQ(cutPairsOf(made), wanted);
     }
 }
 
@@ -213,7 +213,7 @@ TEST(FindIntersections, LinesOfNeighboursHaveTheSameEnds) {
     const auto mesh = bodies.made();
     const storage::TriangleIntersections rule(mesh);
     std::multiset<std::array<double, 3>> ends;
-    for (const auto& [one, other] : found(mesh)) {
+    for (const auto& [one, other] : cutPairsOf(mesh)) {
         const auto line = rule.between(one, other);
         ASSERT_TRUE(line.has_value());
         for (const auto& at : *line) ends.insert({at.x, at.y, at.z});
@@ -234,7 +234,7 @@ std::string tangleOf(int sheets) {
     return obj;
 }
 
-Result<storage::SurfaceMesh> datasetOf(const std::string& obj, proto::Manifest& manifest) {
+Result<storage::SurfaceMesh> cutDatasetOf(const std::string& obj, proto::Manifest& manifest) {
     const TempDir folder;
     std::ofstream(folder / "a.obj") << obj;
     QuietProgress progress;
@@ -246,19 +246,19 @@ Result<storage::SurfaceMesh> datasetOf(const std::string& obj, proto::Manifest& 
 /// Two triangles of one plane, which another one cuts.
 TEST(FindIntersections, ADatasetKeepsThem) {
     proto::Manifest manifest;
-    auto mesh = datasetOf(
+    auto mesh = cutDatasetOf(
         "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 -1\nv 1 1 2\nv 3 3 0.5\nv 1 0 0\nv 0 3 0\nf 1 2 3\nf 7 2 8\nf 6 5 "
         "4\n",
         manifest);
     ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
-    EXPECT_EQ(mesh->intersections, (Pairs{{0, 2}, {1, 2}}));
+    EXPECT_EQ(mesh->intersections, (CutPairs{{0, 2}, {1, 2}}));
     mesh->intersections.push_back({1, 3});
     EXPECT_EQ(storage::checkSurfaceMesh(*mesh).error().where, "/mesh/intersection");
 }
 
 TEST(FindIntersections, ThatAreTooManyAreANote) {
     proto::Manifest manifest;
-    const auto mesh = datasetOf(tangleOf(2100), manifest);
+    const auto mesh = cutDatasetOf(tangleOf(2100), manifest);
     ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
     EXPECT_TRUE(mesh->intersections.empty());
     const auto& notes = manifest.mesh().notes();
