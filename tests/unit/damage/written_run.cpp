@@ -11,22 +11,13 @@
 #include "storage/particles/mapped_columns.h"
 #include "storage/particles/step_file.h"
 #include "storage/storage_error.h"
+#include "tests/support/must.h"
 #include "tests/support/random.h"
 
 namespace mote::test {
 namespace {
 
-constexpr std::uint32_t leafCapacity = 16, maxLevel = 8;
-
-template <class T>
-T must(Result<T> result) {
-    if (!result.ok()) throw storage::StorageError(result.error());
-    return *std::move(result);
-}
-
-void must(const Status& status) {
-    if (!status.ok()) throw storage::StorageError(status.error());
-}
+constexpr std::uint32_t writtenLeaf = 16, maxLevel = 8;
 
 MemoryRun::Step cloudStep(Random& random, std::uint64_t count, std::uint8_t volumeLevel) {
     std::vector<WeightedPoint> points;
@@ -36,7 +27,7 @@ MemoryRun::Step cloudStep(Random& random, std::uint64_t count, std::uint8_t volu
     }
     MemoryRun::Step step;
     step.points = MemoryStep::make(
-        points, {.leafCapacity = leafCapacity, .maxLevel = maxLevel, .volumeLevel = volumeLevel});
+        points, {.writtenLeaf = writtenLeaf, .maxLevel = maxLevel, .volumeLevel = volumeLevel});
     std::vector<MemoryColumns::Column> columns{{{"x", "m", 0.5}, {}},
                                                {{"y", "m", 0.5}, {}},
                                                {{"z", "m", 0.5}, {}},
@@ -123,7 +114,7 @@ void writeRun(const MemoryRun& run, const std::filesystem::path& output) {
     particles.set_density_min(first.logDensity().min);
     particles.set_density_max(first.logDensity().max);
     particles.set_volume_level(static_cast<std::uint32_t>(std::countr_zero(first.volumeSize())));
-    particles.set_leaf_capacity(leafCapacity);
+    particles.set_leaf_capacity(writtenLeaf);
     particles.set_max_level(maxLevel);
     for (int i = 0; i < particles.steps_size(); ++i) {
         const auto index = static_cast<std::uint32_t>(i);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t scripts = 300;
 
-View viewOf(const proto::View& message) {
+View filmView(const proto::View& message) {
     const auto parsed = parseView(message);
     EXPECT_TRUE(parsed.ok()) << parsed.error().toString() << "\n" << toJson(message);
     // As all frames between keyframes are: complete, rounded alike.
@@ -53,7 +53,7 @@ TEST(FilmGenerated, TheSameFrameAlways) {
 double largestJump(const Film& film, const proto::Script& script, double apart) {
     double most = 0.0;
     const auto look = [&](double seconds) {
-        most = std::max(most, difference(viewOf(film.at(seconds)), viewOf(film.at(seconds + apart))));
+        most = std::max(most, difference(filmView(film.at(seconds)), filmView(film.at(seconds + apart))));
     };
     for (const auto& keyframe : script.keyframes()) {
         look(keyframe.seconds() - apart);
@@ -95,7 +95,7 @@ TEST(FilmGenerated, WeightsOfWhatIsShownTogetherAddUp) {
             for (const double time : {0.125, 0.5, 0.875}) {
                 const double share = from.easing() == "smooth" ? time * time * (3.0 - 2.0 * time) : time;
                 const auto shown =
-                    opacities(viewOf(film.at(from.seconds() + time * (to.seconds() - from.seconds()))));
+                    opacities(filmView(film.at(from.seconds() + time * (to.seconds() - from.seconds()))));
                 for (const auto& [name, sum] : shown)
                     EXPECT_NEAR(sum, (1.0 - share) * first[name] + share * last[name], 1e-9) << name;
             }
