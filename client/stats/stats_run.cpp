@@ -18,7 +18,7 @@
 #include "client/stats/histogram_text.h"
 #include "client/stats/npy.h"
 #include "client/stats/statistics_text.h"
-#include "protocol/quantity/expression.h"
+#include "protocol/quantity/manifest_columns.h"
 #include "protocol/quantity/statistic.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/utf8.h"
@@ -110,6 +110,13 @@ Status tellStatistics(const StatsOptions& options, AskedRun& run) {
     std::vector<std::string> names(own.begin(), own.end());
     if (names.empty()) std::ranges::transform(statistics(), std::back_inserter(names), &Statistic::name);
     const auto further = furtherNames(names, options.columns);
+    for (const auto& name : further) {
+        const auto column = columnsOf(name).front();
+        const auto made = Quantity::make(column, mote::columnsOf(run.manifest()));
+        if (!made.ok())
+            return Error{made.error().code, "--columns",
+                         fmt::format("\"{}\" {}", column, made.error().message)};
+    }
     if (!run.selection() && kept && further.empty()) {
         auto steps = statisticsOf(run.manifest(), run.steps());
         if (!steps.ok()) return Error{steps.error().code, run.dataset(), steps.error().message};
