@@ -21,7 +21,7 @@ using testing::HasSubstr;
 constexpr std::uint32_t side = 40;  // of a volume, voxels
 
 /// A ball of descending values in a raw file.
-void writeBall(const std::filesystem::path& file) {
+void writeBallFile(const std::filesystem::path& file) {
     std::string voxels;
     for (std::uint32_t z = 0; z < side; ++z) {
         for (std::uint32_t y = 0; y < side; ++y) {
@@ -69,7 +69,7 @@ class JobKinds : public testing::Test {
 };
 
 TEST_F(JobKinds, AVolumeIsMadeListedAndDrawn) {
-    writeBall(station_.root() / "ball.raw");
+    writeBallFile(station_.root() / "ball.raw");
     std::vector<double> progress;
     const auto job =
         ended(*connection_, submit(*connection_, volumeRequest("data/ball.raw", side)), &progress);
@@ -88,7 +88,7 @@ TEST_F(JobKinds, AVolumeIsMadeListedAndDrawn) {
 }
 
 TEST_F(JobKinds, AVolumesBadRequestNamesItsField) {
-    writeBall(station_.root() / "ball.raw");
+    writeBallFile(station_.root() / "ball.raw");
     auto request = volumeRequest("data/ball.raw", side);
     request.mutable_volume()->set_filter("sharp");
     const auto refused =

@@ -19,7 +19,7 @@ using test::MemoryStep;
 using test::WeightedPoint;
 
 /// 20 x 20 pixels of a tenth, seen along -z.
-View viewOf(const std::string& style) {
+View fadingView(const std::string& style) {
     return test::viewOf(
         "{'width': 20, 'height': 20, 'background': [0, 0, 1],"
         "'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 2}, 'layers': [" +
@@ -54,7 +54,7 @@ TEST(ReferenceFading, AVolumeIsThinned) {
     const auto step = MemoryStep::make(
         {},
         {.volumeLevel = 2, .logDensity = LogDensity{1.0, 100.0}, .volume = std::vector<float>(64, 100.0F)});
-    auto view = viewOf(particles("'opacity': 0", 0.02));
+    auto view = fadingView(particles("'opacity': 0", 0.02));
     for (const double w : {1.0, 0.7, 0.25, 1e-3}) {
         view.layers[0].opacity = w;
         // Through two units, each 32 times the length of the curve's opacity.
@@ -65,7 +65,7 @@ TEST(ReferenceFading, AVolumeIsThinned) {
 
 TEST(ReferenceFading, APointHidesInProportionInEachPixel) {
     const auto step = MemoryStep::make({{{0.525, 0.525, 0.5}}}, {.volumeLevel = 0, .volume = {0.0F}});
-    auto view = viewOf(particles("'opacity': 0.8, 'sizePixels': 4, 'color': [1, 0, 0]", 0.0));
+    auto view = fadingView(particles("'opacity': 0.8, 'sizePixels': 4, 'color': [1, 0, 0]", 0.0));
     const auto whole = render({view, {step}});
     for (const double w : {0.9, 0.5, 0.01}) {
         view.layers[0].opacity = w;
@@ -80,7 +80,7 @@ TEST(ReferenceFading, APointHidesInProportionInEachPixel) {
 TEST(ReferenceFading, TwoThatShareAPlotAreThePlot) {
     const auto step = MemoryStep::make(test::beam({.core = 500, .halo = 300, .filaments = 100}));
     for (const char* const points : {"'opacity': 0.9, 'sizePixels': 0.5", "'opacity': 1, 'sizePixels': 3"}) {
-        const Scene scene{viewOf(particles(points, 0.1)), {step}};
+        const Scene scene{fadingView(particles(points, 0.1)), {step}};
         const auto whole = render(scene);
         for (const double w : {0.0, 0.3, 0.999, 1.0})
             EXPECT_LT(greatestDifference(render(dissolved(scene, w)), whole), 1e-9) << points << ' ' << w;
@@ -90,7 +90,7 @@ TEST(ReferenceFading, TwoThatShareAPlotAreThePlot) {
 TEST(ReferenceFading, TwoThatShareAVolumeAreTheVolume) {
     using enum HybridRepresentation;
     for (const auto parts : {residual, points}) {
-        Scene scene{viewOf("{'hybrid': {}}"), {nullptr}};
+        Scene scene{fadingView("{'hybrid': {}}"), {nullptr}};
         scene.hybrids = {test::hybridOf({.threshold = 0.1, .parts = parts}, test::machineParts)};
         scene.view.camera = fitCamera(scene.hybrids[0]->bounds(), 1.0);
         const auto whole = render(scene);
@@ -100,7 +100,7 @@ TEST(ReferenceFading, TwoThatShareAVolumeAreTheVolume) {
 }
 
 TEST(ReferenceFading, OfNothingThereAreNoData) {
-    Scene scene{viewOf("{'particles': {}}, {'hybrid': {}}, {'mesh': {}}, {'ink': {}}"), {}};
+    Scene scene{fadingView("{'particles': {}}, {'hybrid': {}}, {'mesh': {}}, {'ink': {}}"), {}};
     for (auto& layer : scene.view.layers) layer.opacity = 0.0;
     scene.steps.resize(4);
     scene.hybrids.resize(4);
@@ -118,7 +118,7 @@ TEST(ReferenceFading, SheetsOfAMeshGrowPaleOneByOne) {
         mesh.triangles.push_back({first, first + 1, first + 2});
         mesh.triangles.push_back({first, first + 2, first + 3});
     }
-    Scene scene{viewOf("{'opacity': 0.5, 'mesh': {'opacity': 0.6, 'color': [0, 0, 0]}}"), {nullptr}};
+    Scene scene{fadingView("{'opacity': 0.5, 'mesh': {'opacity': 0.6, 'color': [0, 0, 0]}}"), {nullptr}};
     scene.meshes = {std::make_shared<const render::MeshSurface>(std::move(mesh),
                                                                 Bounds{{-1.0, -1.0, 0.0}, {1.0, 1.0, 0.5}})};
     EXPECT_NEAR(render(scene).at(10, 5).z, 0.7 * 0.7, 1e-12);
@@ -132,7 +132,7 @@ TEST(ReferenceFading, StrokesGrowPaleTogether) {
                       {10.0F, 60.0F, 6.0F, 3.0}};
     strokes.lines = {{0, 2}, {2, 4}};
     strokes.opacity = 0.25F;
-    const Scene scene{viewOf(""), {}};
+    const Scene scene{fadingView(""), {}};
     const auto picture = render(scene, {.strokes = {std::make_shared<const render::Strokes>(strokes)}});
     EXPECT_NEAR(picture.at(2, 10).z, 0.75, 1e-12);
     EXPECT_NEAR(picture.at(10, 10).z, 0.75, 1e-12);

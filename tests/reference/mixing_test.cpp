@@ -26,7 +26,7 @@ std::shared_ptr<const MemoryStep> evenVolumeWith(const std::vector<WeightedPoint
 }
 
 View view() {
-    return mixedView(
+    return viewOf(
         "{'width': 3, 'height': 3, 'background': [0, 0, 1],"
         "'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 1},"
         "'layers': [{'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0.02}]},"

@@ -31,11 +31,11 @@ std::shared_ptr<const MemoryStep> pointsOnly(const std::vector<WeightedPoint>& p
 /// Layer x and y from -1 to 1 fill a 20 x 20 picture, so that a box position p appears at (20 p.x, 20 - 20
 /// p.y).
 View squareView(const std::string& points, const std::string& more = "") {
-    return pointsView("{'width': 20, 'height': 20," + more +
-                      "'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 2},"
-                      "'layers': [{'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0}]},"
-                      "'points': {" +
-                      points + "}}}]}");
+    return viewOf("{'width': 20, 'height': 20," + more +
+                  "'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 2},"
+                  "'layers': [{'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0}]},"
+                  "'points': {" +
+                  points + "}}}]}");
 }
 
 void expectColor(const glm::dvec3& actual, const glm::dvec3& expected, double tolerance = rounding) {
@@ -58,11 +58,11 @@ TEST(ReferencePoints, PerspectiveShrinksWithDepth) {
     // Half the picture's height is 1 at depth 1: from (0, 0, 4) the layer point (1/2, 1/2, 0) has depth 4 and
     // appears at px = 40 (1 + 0.5 / (4 * 2)) = 42.5, py = 20 (1 - 0.5 / 4) = 17.5.
     const auto step = pointsOnly({{{0.75, 0.75, 0.5}}});
-    const auto picture = render(
-        {pointsView("{'width': 80, 'height': 40, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0],"
-                    "'fovYDegrees': 90}, 'layers': [{'particles': {'volume': {'curve': ["
-                    "{'density': 0, 'opacity': 0}]}, 'points': {'opacity': 0.5, 'color': [1, 1, 1]}}}]}"),
-         {step}});
+    const auto picture =
+        render({viewOf("{'width': 80, 'height': 40, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0],"
+                       "'fovYDegrees': 90}, 'layers': [{'particles': {'volume': {'curve': ["
+                       "{'density': 0, 'opacity': 0}]}, 'points': {'opacity': 0.5, 'color': [1, 1, 1]}}}]}"),
+                {step}});
     for (std::uint32_t row = 0; row < 40; ++row) {
         for (std::uint32_t column = 0; column < 80; ++column) {
             expectColor(picture.at(column, row), glm::dvec3(column == 42 && row == 17 ? 0.5 : 0.0));
@@ -139,7 +139,7 @@ TEST(ReferencePoints, DiscsHaveTheirAreaOnAverage) {
 TEST(ReferencePoints, NothingIsSeenTooNearToAPerspectiveEye) {
     // The eye at z = 1 and the target 1000 away: the nearest depth is 1, at z = 0.
     const auto view = [](const char* more) {
-        return pointsView(
+        return viewOf(
             std::string("{'width': 3, 'height': 3, 'camera': {'eye': [0, 0, 1], 'target': [0, 0, -999]") +
             more +
             "}, 'layers': [{'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0}]},"
@@ -215,7 +215,7 @@ TEST(ReferenceEncoding, FollowsSrgb) {
 }
 
 TEST(ReferencePicture, WithoutLayersIsItsBackground) {
-    const auto view = pointsView("{'width': 3, 'height': 2, 'background': [1, 0.5, 0]}");
+    const auto view = viewOf("{'width': 3, 'height': 2, 'background': [1, 0.5, 0]}");
     const auto picture = render({view, {}});
     ASSERT_EQ(picture.linear.size(), 6U);
     for (const auto& color : picture.linear) expectColor(color, {1.0, srgbToLinear(0.5), 0.0});

@@ -58,9 +58,9 @@ TEST(HttpAnswer, IsAWholeAnswerWhateverTheBytes) {
     }
 }
 
-class Listener : public testing::Test {
+class HttpListenerTest : public testing::Test {
   protected:
-    ~Listener() override {
+    ~HttpListenerTest() override {
         asio::post(io_, [this] {
             listener_.reset();
             io_.stop();
@@ -91,7 +91,7 @@ std::string ask(Socket& socket, const std::string& request) {
     return answer;
 }
 
-TEST_F(Listener, AnswersOnTheLoopbackDevice) {
+TEST_F(HttpListenerTest, AnswersOnTheLoopbackDevice) {
     const auto address = start("127.0.0.1:0");
     asio::io_context io;
     asio::ip::tcp::socket socket(io);
@@ -101,7 +101,7 @@ TEST_F(Listener, AnswersOnTheLoopbackDevice) {
     EXPECT_TRUE(answer.ends_with("\r\n\r\nmote_sessions 1\n")) << answer;
 }
 
-TEST_F(Listener, AnswersOnASocketForItsUserAlone) {
+TEST_F(HttpListenerTest, AnswersOnASocketForItsUserAlone) {
     start("unix:" + socketPath());
     struct stat status {};
     ASSERT_EQ(::stat(socketPath().c_str(), &status), 0);
@@ -118,7 +118,7 @@ TEST_F(Listener, AnswersOnASocketForItsUserAlone) {
     EXPECT_EQ(statusOf(ask(silent[4], std::string(5000, 'x'))), "431");
 }
 
-TEST_F(Listener, TakesNoLivePlaceAndNoPlaceForOthers) {
+TEST_F(HttpListenerTest, TakesNoLivePlaceAndNoPlaceForOthers) {
     const auto code = [this](const std::string& address) {
         const auto opened = HttpListener::open(io_, address, pages());
         return opened.ok() ? std::string("ok") : std::string(name(opened.error().code));
@@ -133,7 +133,7 @@ TEST_F(Listener, TakesNoLivePlaceAndNoPlaceForOthers) {
     EXPECT_EQ(code("unix:" + socketPath()), "already_exists");
 }
 
-TEST_F(Listener, TakesTheSocketOfADeadServer) {
+TEST_F(HttpListenerTest, TakesTheSocketOfADeadServer) {
     {
         asio::io_context io;
         asio::local::stream_protocol::acceptor dead(io, socketPath());

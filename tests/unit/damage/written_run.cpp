@@ -27,7 +27,7 @@ MemoryRun::Step cloudStep(Random& random, std::uint64_t count, std::uint8_t volu
     }
     MemoryRun::Step step;
     step.points = MemoryStep::make(
-        points, {.writtenLeaf = writtenLeaf, .maxLevel = maxLevel, .volumeLevel = volumeLevel});
+        points, {.leafCapacity = writtenLeaf, .maxLevel = maxLevel, .volumeLevel = volumeLevel});
     std::vector<MemoryColumns::Column> columns{{{"x", "m", 0.5}, {}},
                                                {{"y", "m", 0.5}, {}},
                                                {{"z", "m", 0.5}, {}},
