@@ -193,7 +193,8 @@ TEST(Isosurface, BecomesADatasetByAJob) {
     job.set_isovalue(100.0);
     for (int i = 0; i < 3; ++i) job.mutable_source()->add_dimensions(16);
     test::QuietProgress progress;
-    const auto made = test::must(runMeshJob(request, folder / "ball.raw", folder / "ball.mote", {}, progress));
+    const auto made =
+        test::must(runMeshJob(request, folder / "ball.raw", folder / "ball.mote", {}, progress));
     EXPECT_EQ(made.request().mesh().isovalue(), 100.0);
     const auto mesh = test::must(storage::readMesh(folder / "ball.mote", made));
     EXPECT_GT(mesh.triangles.size(), 500U);

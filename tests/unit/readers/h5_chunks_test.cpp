@@ -117,8 +117,8 @@ TEST_F(H5ChunksTest, ofAnotherSizeAreRefused) {
         file.gzipped(chunkedX, std::vector<double>(1000, 1.0), 1000);
         replaceChunk(file, std::string(40, 'x'), 3);
     });
-    EXPECT_THAT(errorOf({path()}),
-                HasSubstr("corrupt: run.h5:" + chunkedX + ": has a chunk that holds 40 bytes instead of 8000"));
+    EXPECT_THAT(errorOf({path()}), HasSubstr("corrupt: run.h5:" + chunkedX +
+                                             ": has a chunk that holds 40 bytes instead of 8000"));
     write([](H5TestFile& file) {
         file.gzipped(chunkedX, std::vector<double>(1000, 1.0), 1000);
         replaceChunk(file, std::string(40, 'x'), 0);
