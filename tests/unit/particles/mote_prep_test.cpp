@@ -136,7 +136,8 @@ TEST_F(MotePrep, WrongUsageIsTwo) {
     expectFailure(particles("a.mote", {"--bounds", "x=1"}), 2, {"AXIS=MIN:MAX"});
     expectFailure(particles("a.mote", {"--bounds", "x=a:b"}), 2, {"AXIS=MIN:MAX"});
     expectFailure(particles("a.mote", {"--bounds", "z=0:1"}), 2, {"bounds"});
-    expectFailure({"particles", path("run.csv"), "--axes", "x,px,w", "--out", path("a.mote")}, 2, {"\"w\""});
+    expectFailure({"particles", path("run.csv"), "--axes", "x,px,w", "--out", path("a.mote")}, 1,
+                  {"axis w", "neither a column of the run"});
     expectFailure(particles("a.h5"), 2, {".mote"});
 }
 
