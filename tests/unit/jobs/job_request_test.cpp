@@ -123,6 +123,12 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
     const auto output = [](const std::string& name) {
         return [name](proto::JobRequest& r) { r.set_output(name); };
     };
+    const auto bounds = [](proto::JobRequest& r, double min, double max) {
+        auto& axis = *r.mutable_particles()->add_bounds();
+        axis.set_name("x");
+        axis.set_min(min);
+        axis.set_max(max);
+    };
     const auto invalid = ErrorCode::invalidArgument;
     const std::vector<Bad> table{
         {"no kind", invalid, "kind", [](auto& r) { r.clear_particles(); }},
@@ -164,10 +170,11 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
         {"an escape in the title", invalid, "title", [](auto& r) { r.set_title("\x1b[31m"); }},
         {"a long range", invalid, "particles.steps",
          [](auto& r) { r.mutable_particles()->set_steps(std::string(100, '1')); }},
-        {"bounds upside down", invalid, "particles.bounds[0]",
-         [](auto& r) { r.mutable_particles()->add_bounds()->set_min(1); }},
+        {"bounds upside down", invalid, "particles.bounds[0]", [bounds](auto& r) { bounds(r, 1.0, 0.0); }},
         {"bounds that are no numbers", invalid, "particles.bounds[0]",
-         [nan](auto& r) { r.mutable_particles()->add_bounds()->set_max(nan); }},
+         [bounds, nan](auto& r) { bounds(r, 0.0, nan); }},
+        {"bounds of no axis", invalid, "particles.bounds[0].name",
+         [](auto& r) { r.mutable_particles()->add_bounds()->set_max(1.0); }},
         {"a mass that is none", invalid, "particles.impact",
          [nan](auto& r) { r.mutable_particles()->mutable_impact()->set_mass(nan); }},
         {"too large", ErrorCode::resourceExhausted, "",
