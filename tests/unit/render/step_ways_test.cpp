@@ -178,6 +178,27 @@ TEST(StepWays, MomentaBendTheWay) {
     }
 }
 
+/// Hermite's cubic is the only one of its ends and tangents, so any cubic is its own at every share.
+TEST(StepWays, ABentWayIsTheCubicOfItsTangents) {
+    constexpr double unit = 1.0 / 1024;  // of numbers that floats hold exactly
+    const glm::dvec3 begin(0.25, 0.5, 0.125), slope(96 * unit, -40 * unit, 0.0),
+        square(32 * unit, 8 * unit, -64 * unit), cube(-16 * unit, 72 * unit, 24 * unit);
+    const auto place = [&](double s) { return begin + s * (slope + s * (square + s * cube)); };
+    const glm::dvec3 straight = place(1.0) - begin;
+    const glm::dvec3 first = (slope - straight) / unit;
+    const glm::dvec3 last = (slope + 2.0 * square + 3.0 * cube - straight) / unit;
+    PointWays ways{{glm::vec3(place(1.0))}};
+    ways.unit = static_cast<float>(unit);
+    PointWays::Bend bend{};
+    for (int axis = 0; axis < 3; ++axis) {
+        bend[static_cast<std::size_t>(axis)] = static_cast<std::int16_t>(first[axis]);
+        bend[static_cast<std::size_t>(axis) + 3] = static_cast<std::int16_t>(last[axis]);
+    }
+    ways.bends = {bend};
+    for (const double share : {0.0, 0.1, 0.25, 0.5, 0.8, 1.0})
+        EXPECT_LT(glm::distance(PlacesOnTheWay(ways, share)(0, begin), place(share)), 1e-12) << share;
+}
+
 TEST(StepWays, MomentaThatDoNotTellTheWayDoNotBendIt) {
     Random random(84);
     const auto straight = [](const Motions& motions, std::vector<proto::Axis> axes) {
