@@ -116,15 +116,75 @@ class Files(unittest.TestCase):
         self.assertTrue(wrong("storage/a.cpp", GOOD_SOURCE + "int a;\n" * (lines + 1)))
 
 
+class Places(unittest.TestCase):
+    """How sources are laid out."""
+
+    def test_the_class_of_a_definition(self):
+        for line, names in [
+            ("void Cache::drop() {", {"Cache"}),
+            ("Cache::Cache(int size)", {"Cache"}),
+            ("Cache::~Cache() = default;", {"Cache"}),
+            ("Result<Cache::Step> Cache::step(const Place& place) {", {"Cache"}),
+            ("std::vector<std::pair<int, A::B>> Device::State::orderOf(", {"Device::State"}),
+            ("const Part& Cache::part() const {", {"Cache"}),
+            ("Cache& Cache::operator=(Cache&& other) noexcept {", {"Cache"}),
+            ("template <class T> void Pool<T>::run() {", {"Pool"}),
+            ("std::string nameOf(const Cache::Step& step) {", set()),
+            ("const auto x = Cache::make(1);", set()),
+            ("    Cache::drop();", set()),
+            ("// Cache::drop() is called", set()),
+            ("std::exit(1);", set()),
+        ]:
+            with self.subTest(line=line):
+                self.assertEqual(check_style.classes_of(line + "\n"), names)
+
+    def test_a_class_in_too_many_sources(self):
+        sources = {f"server/a/{name}.cpp": f"void Cache::{name}() {{\n" for name in ("one", "two")}
+        sources["server/b/three.cpp"] = "void Cache::three() {\n"  # another one, of another folder
+        self.assertEqual(list(check_style.spread_classes(sources)), [])
+        sources["server/a/three.cpp"] = "void Cache::three() {\n"
+        self.assertEqual([folder for folder, _ in check_style.spread_classes(sources)], ["server/a"])
+
+    def test_a_small_header_with_one_reader(self):
+        own, reader = '#include "server/a/x.h"\n', {"server/b/y.cpp": '#include "server/a/x.h"\n'}
+        small = {"server/a/x.h": GOOD_HEADER, "server/a/x.cpp": own, **reader}
+        self.assertEqual([folder for folder, _ in check_style.small_headers(small)], ["server/a"])
+        long = {**small, "server/a/x.h": GOOD_HEADER + "int a;\n" * check_style.SMALL_HEADER}
+        self.assertEqual(list(check_style.small_headers(long)), [])
+        read_twice = {**small, "tests/unit/a/x_test.cpp": own}
+        self.assertEqual(list(check_style.small_headers(read_twice)), [])
+        beside = {"tests/a/x.h": GOOD_HEADER, "tests/a/y.cpp": '#include "x.h"\n', "tests/b/y.cpp": '#include "x.h"\n'}
+        self.assertEqual([folder for folder, _ in check_style.small_headers(beside)], ["tests/a"])
+
+    def test_a_folder_with_too_many_sources(self):
+        sources = {f"server/a/{number}.cpp": "" for number in range(check_style.MOST_FILES)}
+        self.assertEqual(list(check_style.crowded_folders(sources)), [])
+        sources["server/a/more.h"] = sources["server/b/other.cpp"] = ""
+        self.assertEqual([folder for folder, _ in check_style.crowded_folders(sources)], ["server/a"])
+
+    def test_the_lists_only_shrink(self):
+        found = [("server/a", "x.h has one reader"), ("server/a", "y.h has one reader")]
+        self.assertEqual(list(check_style.check_list("LIST", found, {"server/a": 2})), [])
+        self.assertEqual(list(check_style.check_list("LIST", found, {"server/a": 3})), [])
+        self.assertEqual(len(list(check_style.check_list("LIST", found, {"server/a": 1}))), 2)
+        self.assertEqual(len(list(check_style.check_list("LIST", found, {}))), 2)
+        obeys = list(check_style.check_list("LIST", [], {"server/a": 1}))
+        self.assertEqual(obeys, ["server/a:1: keeps the rule of LIST in check_style.py: take it off that list"])
+
+
 class Program(unittest.TestCase):
     def run_on(self, files):
+        """The check of these files, as if no folder were on a list."""
+        without = ("import sys, check_style as c; c.CROWDED = c.SPREAD_CLASSES = c.SMALL_HEADERS = {}; "
+                   "sys.exit(c.main(sys.argv[1:]))")
         with tempfile.TemporaryDirectory() as folder:
             for path, text in files.items():
                 file = pathlib.Path(folder) / path
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(text, encoding="utf-8")
             program = pathlib.Path(check_style.__file__)
-            return subprocess.run([sys.executable, program, folder], capture_output=True, text=True, check=False)
+            return subprocess.run([sys.executable, "-B", "-c", without, folder], cwd=program.parent,
+                                  capture_output=True, text=True, check=False)
 
     def test_a_good_tree_passes(self):
         result = self.run_on({"storage/a.h": GOOD_HEADER, "client/a.cpp": GOOD_SOURCE, "docs/a.md": "no licence"})
@@ -134,6 +194,7 @@ class Program(unittest.TestCase):
         result = self.run_on({"storage/a.h": GOOD_HEADER, "client/b/a.cpp": GOOD_SOURCE + '#include "storage/a.h"\n'})
         self.assertEqual(result.returncode, 1)
         self.assertIn("client/b/a.cpp:2: may not include", result.stdout)
+        self.assertIn("storage:1: storage/a.h has one reader, client/b/a.cpp", result.stdout)
 
     def test_an_empty_tree_is_no_success(self):
         self.assertEqual(self.run_on({}).returncode, 2)
