@@ -99,6 +99,7 @@ class StepSelector {
         weight_.assign(nodes_.size(), 0.0);
         for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
             const auto node = leaves_.node[leaf];
+            if (chosen_[leaf] == 0) continue;  // of a leaf without points no share is a number
             count_[node] = chosen_[leaf];
             const double share = static_cast<double>(chosen_[leaf]) / leaves_.pointCount[leaf];
             weight_[node] =
