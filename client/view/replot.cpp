@@ -57,7 +57,11 @@ std::optional<proto::JobRequest> replotRequest(const proto::Description& descrip
     auto& particles = *request.mutable_particles();
     particles.clear_axes();
     for (const auto& axis : axes) particles.add_axes(axis);
-    particles.clear_bounds();  // they belonged to the other axes
+    // Bounds belonged to the other axes; that they are each step's own goes on.
+    for (const auto& bounds : particles.bounds()) {
+        if (bounds.unit() == "step") particles.set_bounds_of("step");
+    }
+    particles.clear_bounds();
     request.set_output(fmt::format("{}-{}.mote", baseName(description.dataset(), *shown), joined(axes)));
     return request;
 }

@@ -22,8 +22,8 @@ std::span<const std::string_view> plotAxes();
 std::optional<AxisNames> axesOf(const proto::Description& description);
 
 /// The request for these axes of the shown plot's run: inputs and options as the first time, bounds by the
-/// rule, its output beside the plot, named for the axes. Nothing where the run is not within the server's
-/// reach.
+/// rule, of all steps or of each as the first time, its output beside the plot, named for the axes. Nothing
+/// where the run is not within the server's reach.
 std::optional<proto::JobRequest> replotRequest(const proto::Description& description, const AxisNames& axes);
 
 }  // namespace mote::client

@@ -86,7 +86,7 @@ Status checkBounds(const proto::ParticlesJob& job) {
         const auto field = fmt::format("bounds[{}]", i);
         MOTE_RETURN_IF_ERROR(checkColumnName(axis.name(), field + ".name"));
         MOTE_RETURN_IF_ERROR(checkWord(axis.unit(), field + ".unit"));
-        if (axis.unit() == "step") continue;  // each step's own
+        if (axis.unit() == "step") continue;  // each step's own, as requests said before bounds_of
         if (!std::isfinite(axis.min()) || !std::isfinite(axis.max()) || !(axis.min() < axis.max())) {
             return invalid(field, "needs finite numbers, min below max");
         }
@@ -100,6 +100,8 @@ Status checkParticles(const Request& request) {
     MOTE_RETURN_IF_ERROR(checkWord(job.format(), "format"));
     MOTE_RETURN_IF_ERROR(checkWord(job.species(), "species", longestSpecies));
     MOTE_RETURN_IF_ERROR(checkWord(job.steps(), "steps"));
+    if (!job.bounds_of().empty() && job.bounds_of() != "run" && job.bounds_of() != "step")
+        return invalid("boundsOf", "must be run or step");
     MOTE_RETURN_IF_ERROR(checkBounds(job));
     const auto& impact = job.impact();
     for (const double value :

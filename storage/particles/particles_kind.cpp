@@ -5,12 +5,16 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <set>
 #include <string>
+#include <string_view>
 
+#include "protocol/mote.pb.h"
 #include "protocol/quantity/plot_axes.h"
+#include "protocol/quantity/quantity.h"
+#include "protocol/scene/error.h"
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
-#include "storage/particles/columns_check.h"
 #include "storage/particles/mapped_columns.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/verify.h"
@@ -18,18 +22,123 @@
 namespace mote::storage {
 namespace {
 
-Status checkAxes(const proto::ParticlesManifest& particles) {
-    if (particles.axes_size() != axesOfPlot && !boundsOfSteps(particles))
-        return corrupt("axes",
-                       "a particle plot has three axes, and three for each step where bounds are theirs");
-    for (int i = 0; i < particles.axes_size(); ++i) {
-        const auto& axis = particles.axes(i);
+constexpr int maxColumns = 256;
+constexpr int maxStatistics = 1024;
+constexpr std::size_t longestName = 63;  // of a unit
+
+bool isName(const std::string& name) {
+    return checkColumnName(name, "").ok();
+}
+
+bool isUnit(std::string_view unit) {
+    return unit.size() <= longestName &&
+           std::ranges::all_of(unit, [](char c) { return c >= 0x20 && c < 0x7f; });
+}
+
+Status checkColumn(const proto::ColumnEntry& column, std::set<std::string_view>& seen) {
+    if (!isName(column.name()) || column.name() == "id") return corrupt("name", "is not a column's name");
+    if (!seen.insert(column.name()).second) {
+        return corrupt("name", fmt::format("\"{}\" is there twice", column.name()));
+    }
+    if (!isUnit(column.unit())) return corrupt("unit", "is not a unit's name");
+    if (!column.type().empty() && column.type() != "f32" && column.type() != "f64") {
+        return corrupt("type", "must be \"f32\" or \"f64\"");
+    }
+    if (std::isfinite(column.max() - column.min()) && column.min() <= column.max()) return success();
+    return corrupt("min", "the range must be finite and min not above max");
+}
+
+template <class Names>
+Status checkDifferent(const Names& names, int most, const char* field) {
+    if (names.size() > most) return corrupt(field, fmt::format("has more than {} entries", most));
+    std::set<std::string_view> seen;
+    for (int i = 0; i < names.size(); ++i) {
+        if (isName(names[i]) && seen.insert(names[i]).second) continue;
+        return corrupt(fmt::format("{}[{}]", field, i), "is no name, or there twice");
+    }
+    return success();
+}
+
+/// Columns, ids, mass, units and the names of statistics. Errors: corrupt, with the field.
+Status checkColumns(const proto::ParticlesManifest& particles) {
+    if (particles.columns_size() > maxColumns) {
+        return corrupt("columns", fmt::format("a plot has at most {} columns", maxColumns));
+    }
+    std::set<std::string_view> seen;
+    for (int i = 0; i < particles.columns_size(); ++i) {
+        MOTE_RETURN_IF_ERROR(checkColumn(particles.columns(i), seen), fmt::format("columns[{}]", i));
+    }
+    if (!(std::isfinite(particles.mass()) && particles.mass() >= 0.0)) {
+        return corrupt("mass", "must be finite and not negative");
+    }
+    if (!isUnit(particles.species())) return corrupt("species", "is not a species' name");
+    if (!std::isfinite(particles.particle_charge())) return corrupt("particleCharge", "must be finite");
+    if (!isUnit(particles.weight_unit())) return corrupt("weightUnit", "is not a unit's name");
+    const auto& lost = particles.lost_particles();
+    if (!lost.empty() && lost != "without" && lost != "with" && lost != "only") {
+        return corrupt("lostParticles", "must be \"without\", \"with\" or \"only\"");
+    }
+    return checkDifferent(particles.statistic_names(), maxStatistics, "statisticNames");
+}
+
+/// What a step has of them. Errors: corrupt, with the field.
+Status checkStepColumns(const proto::ParticlesManifest& particles, const proto::ParticleStepEntry& step,
+                        const FileNames& files) {
+    const bool columns = particles.columns_size() > 0 || particles.ids();
+    if (columns && !files.contains(step.columns_file())) {
+        return corrupt("columnsFile", "is not among the dataset's files");
+    }
+    if (columns && !files.contains(step.columns_digest())) {
+        return corrupt("columnsDigest", "is not among the dataset's files");
+    }
+    if (!columns && !step.columns_file().empty()) {
+        return corrupt("columnsFile", "is there, though the plot has no columns");
+    }
+    if (step.column_offset_size() != particles.columns_size()) {
+        return corrupt("columnOffset", "must have an entry for each column");
+    }
+    for (const double offset : step.column_offset()) {
+        if (!std::isfinite(offset)) return corrupt("columnOffset", "must be finite");
+    }
+    if (step.column_resolution_size() != 0 && step.column_resolution_size() != particles.columns_size()) {
+        return corrupt("columnResolution", "must have an entry for each column, or none");
+    }
+    for (const double resolution : step.column_resolution()) {
+        if (!(std::isfinite(resolution) && resolution >= 0.0)) {
+            return corrupt("columnResolution", "must be finite and not negative");
+        }
+    }
+    // A number that is not defined is none.
+    if (step.statistics_size() == particles.statistic_names_size()) return success();
+    return corrupt("statistics", "must have an entry for each name");
+}
+
+using Axes = google::protobuf::RepeatedPtrField<proto::Axis>;
+
+Status checkAxes(const Axes& axes) {
+    for (int i = 0; i < axes.size(); ++i) {
+        const auto& axis = axes[i];
         if (axis.name().empty()) return corrupt(fmt::format("axes[{}].name", i), "is missing");
         if (!std::isfinite(axis.max() - axis.min()) || !(axis.min() < axis.max())) {
             return corrupt(fmt::format("axes[{}]", i), "the bounds must be finite and min below max");
         }
     }
     return success();
+}
+
+Status checkAxesOfPlot(const proto::ParticlesManifest& particles) {
+    if (particles.axes_size() != axesOfPlot && !stepsBehindAxes(particles))
+        return corrupt("axes", "a particle plot has three axes");
+    return checkAxes(particles.axes());
+}
+
+Status checkAxesOfStep(const proto::ParticlesManifest& particles, const proto::ParticleStepEntry& step) {
+    if (step.axes().empty()) return success();
+    const auto sameName = [](const proto::Axis& a, const proto::Axis& b) { return a.name() == b.name(); };
+    if (step.axes_size() != axesOfPlot ||
+        !std::equal(step.axes().begin(), step.axes().end(), particles.axes().begin(), sameName))
+        return corrupt("axes", "must be those of the plot, with the step's bounds");
+    return checkAxes(step.axes());
 }
 
 Status checkStep(const FileNames& files, const proto::ParticleStepEntry& step) {
@@ -50,7 +159,7 @@ Status checkStep(const FileNames& files, const proto::ParticleStepEntry& step) {
 }
 
 Status checkParticles(const proto::ParticlesManifest& particles, const FileNames& files) {
-    MOTE_RETURN_IF_ERROR(checkAxes(particles));
+    MOTE_RETURN_IF_ERROR(checkAxesOfPlot(particles));
     const double least = particles.density_min();
     const double greatest = particles.density_max();
     if (!(least > 0.0 && least <= greatest && std::isfinite(greatest))) {
@@ -71,6 +180,7 @@ Status checkParticles(const proto::ParticlesManifest& particles, const FileNames
     for (int i = 0; i < particles.steps_size(); ++i) {
         const auto where = fmt::format("steps[{}]", i);
         MOTE_RETURN_IF_ERROR(checkStep(files, particles.steps(i)), where);
+        MOTE_RETURN_IF_ERROR(checkAxesOfStep(particles, particles.steps(i)), where);
         MOTE_RETURN_IF_ERROR(checkStepColumns(particles, particles.steps(i), files), where);
     }
     return success();

@@ -111,15 +111,17 @@ class Dataset:
     @property
     def bounds(self) -> Dict[str, Tuple[float, float]]:
         """What the axes of a particle plot span, in their units: all steps together, see ``bounds_of``."""
-        return self._bounds(0)
+        return self._bounds_in(self._manifest.particles.axes[:3])
 
     def bounds_of(self, step: int) -> Dict[str, Tuple[float, float]]:
-        """The same in one step: its own where the plot was made with ``bounds`` of each step."""
-        own = len(self._manifest.particles.axes) > 3
-        return self._bounds(3 * (1 + arguments.one_step(step, len(self))) if own else 0)
+        """The same in one step: its own where the plot was made with ``bounds_of="step"``."""
+        at, plot = arguments.one_step(step, len(self)), self._manifest.particles
+        behind = plot.axes[3 * (1 + at):3 * (2 + at)]  # where they stood before a step had its own
+        return self._bounds_in(plot.steps[at].axes or behind or plot.axes)
 
-    def _bounds(self, first: int) -> Dict[str, Tuple[float, float]]:
-        return {axis.name: (axis.min, axis.max) for axis in self._manifest.particles.axes[first:first + 3]}
+    @staticmethod
+    def _bounds_in(axes: Any) -> Dict[str, Tuple[float, float]]:
+        return {axis.name: (axis.min, axis.max) for axis in axes}
 
     @property
     def mass(self) -> float:

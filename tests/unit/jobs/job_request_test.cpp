@@ -175,6 +175,8 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
          [bounds, nan](auto& r) { bounds(r, 0.0, nan); }},
         {"bounds of no axis", invalid, "particles.bounds[0].name",
          [](auto& r) { r.mutable_particles()->add_bounds()->set_max(1.0); }},
+        {"bounds of something else", invalid, "particles.boundsOf",
+         [](auto& r) { r.mutable_particles()->set_bounds_of("bunch"); }},
         {"a mass that is none", invalid, "particles.impact",
          [nan](auto& r) { r.mutable_particles()->mutable_impact()->set_mass(nan); }},
         {"too large", ErrorCode::resourceExhausted, "",

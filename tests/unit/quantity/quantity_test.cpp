@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "protocol/quantity/plot_axes.h"
 #include "protocol/quantity/statistic.h"
 
 namespace mote {
@@ -78,6 +79,24 @@ TEST(Quantity, SaysWhatIsMissing) {
     EXPECT_THAT(errorOf("gamma", run), HasSubstr("needs the particles' mass"));
     EXPECT_FALSE(Quantity::checkForm("hypot(x").ok());
     EXPECT_TRUE(Quantity::checkForm("anything").ok());
+}
+
+TEST(PlotAxes, AStepHasItsOwnWhereItsDatasetSaysSo) {
+    proto::ParticlesManifest plot;
+    const auto add = [](auto& axes, double max) {
+        for (int axis = 0; axis < axesOfPlot; ++axis) axes.Add()->set_max(max + axis);
+    };
+    add(*plot.mutable_axes(), 10.0);
+    plot.add_steps();
+    plot.add_steps();
+    EXPECT_EQ(axisOf(plot, 2, 1).max(), 12.0);
+    auto before = plot;  // behind the plot's, as datasets once had them
+    for (const double max : {20.0, 30.0}) add(*before.mutable_axes(), max);
+    EXPECT_EQ(axisOf(before, 2, 1).max(), 32.0);
+    EXPECT_EQ(axisOf(before, 2, 7).max(), 12.0);
+    add(*plot.mutable_steps(1)->mutable_axes(), 30.0);
+    EXPECT_EQ(axisOf(plot, 2, 0).max(), 12.0);
+    EXPECT_EQ(axisOf(plot, 2, 1).max(), 32.0);
 }
 
 TEST(Statistic, OfAnyQuantity) {

@@ -151,6 +151,14 @@ TEST(Manifest, EveryFieldThatAProgramReliesOnIsChecked) {
     EXPECT_EQ(where([&](auto& m) { step(m)->clear_density_histogram(); }),
               "particles.steps[0].densityHistogram");
     EXPECT_EQ(where([&](auto& m) { step(m)->set_total_weight(-1.0); }), "particles.steps[0].totalWeight");
+    const auto ownAxes = [&](proto::Manifest & m) -> auto& {
+        return *(*step(m)->mutable_axes() = m.particles().axes()).Mutable(1);
+    };
+    EXPECT_EQ(where([&](auto& m) { ownAxes(m).set_max(3.0); }), "accepted");
+    EXPECT_EQ(where([&](auto& m) { ownAxes(m).set_max(-2.0); }), "particles.steps[0].axes[1]");
+    EXPECT_EQ(where([&](auto& m) { ownAxes(m).set_name("pz"); }), "particles.steps[0].axes");
+    EXPECT_EQ(where([&](auto& m) { ownAxes(m), step(m)->mutable_axes()->RemoveLast(); }),
+              "particles.steps[0].axes");
 }
 
 TEST(Manifest, ABrokenFileIsCorrupt) {
