@@ -146,9 +146,13 @@ int measure(const render::Scene& scene, const Options& options) {
 }
 
 void addOptions(CLI::App& app, Options& options) {
-    const std::map<std::string, Shown> kinds{
-        {"points", Shown::points}, {"volume", Shown::volume}, {"hybrid", Shown::hybrid}};
-    app.add_option("--show", options.scene.shown, "points, volume or hybrid")
+    const std::map<std::string, Shown> kinds{{"points", Shown::points},
+                                             {"volume", Shown::volume},
+                                             {"hybrid", Shown::hybrid},
+                                             {"default", Shown::unsaid}};
+    app.add_option("--show", options.scene.shown,
+                   "points, volume, hybrid or default: the style of a view "
+                   "that says none")
         ->transform(CLI::CheckedTransformer(kinds));
     app.add_option("--data", options.scene.data, "beam:PARTICLES, ball:LEVEL or the folder of a dataset");
     app.add_option("--width", options.scene.width, "pixels")->check(CLI::Range(16, 8192));

@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <optional>
 
+#include "protocol/scene/plot_density.h"
 #include "storage/manifest.h"
 #include "tests/bench/bench_step.h"
 #include "tests/support/memory_step.h"
@@ -40,10 +41,21 @@ StepPointer ballOf(std::uint8_t level) {
     return test::MemoryStep::make({}, {.volumeLevel = level, .logDensity = scale, .volume = density});
 }
 
-Result<StepPointer> readStep(const std::string& folder) {
-    const auto manifest = storage::readManifest(folder);
-    if (!manifest.ok()) return manifest.error();
-    return storage::ParticleStep::open(folder, *manifest, 0);
+/// A step, and what its default picture follows from.
+struct BenchData {
+    StepPointer step;
+    PlotDensity plot;
+};
+
+BenchData madeHere(StepPointer step) {
+    const PlotDensity plot{.scale = step->logDensity(), .particles = step->pointCount()};
+    return {std::move(step), plot};
+}
+
+Result<BenchData> readStep(const std::string& folder) {
+    MOTE_ASSIGN_OR_RETURN(const auto manifest, storage::readManifest(folder));
+    MOTE_ASSIGN_OR_RETURN(auto step, storage::ParticleStep::open(folder, manifest, 0));
+    return BenchData{std::move(step), PlotDensity::of(manifest.particles())};
 }
 
 /// The number behind "KIND:", where the text begins so.
@@ -55,11 +67,11 @@ std::optional<std::uint64_t> numberAfter(const std::string& text, std::string_vi
     return read.ec == std::errc{} && read.ptr == end ? std::optional(number) : std::nullopt;
 }
 
-Result<StepPointer> stepOf(const std::string& data) {
+Result<BenchData> dataOf(const std::string& data) {
     if (const auto points = numberAfter(data, "beam:"); points && *points > 0 && *points <= 200'000'000)
-        return StepPointer(std::make_shared<const BenchStep>(*points, 7, 1));
+        return madeHere(std::make_shared<const BenchStep>(*points, 7, 1));
     if (const auto level = numberAfter(data, "ball:"); level && *level >= 4 && *level <= 9)
-        return ballOf(static_cast<std::uint8_t>(*level));
+        return madeHere(ballOf(static_cast<std::uint8_t>(*level)));
     return readStep(data);
 }
 
@@ -68,7 +80,12 @@ Curve ballOpacity() {
     return Curve::create({{0.0, 0.0}, {0.25, 0.49}, {0.5, 0.8}, {1.0, ParticlesStyle::opacityLimit}}).value();
 }
 
-ParticlesStyle styleOf(const SceneOptions& options) {
+ParticlesStyle styleOf(const SceneOptions& options, const PlotDensity& plot) {
+    if (options.shown == Shown::unsaid) {
+        auto unsaid = parseParticlesStyle({}).value();
+        resolveByPlot(unsaid, plot);
+        return unsaid;
+    }
     ParticlesStyle style{Curve::constant(0.0),
                          ColorMap::standard(),
                          Curve::constant(options.shown == Shown::volume ? 0.0 : 1.0),
@@ -95,15 +112,14 @@ std::shared_ptr<const render::PointValues> someValues(std::uint64_t points) {
 }  // namespace
 
 Result<render::Scene> makeScene(const SceneOptions& options) {
-    auto step = stepOf(options.data);
-    if (!step.ok()) return step.error();
+    MOTE_ASSIGN_OR_RETURN(auto data, dataOf(options.data));
     View view;
     view.width = options.width;
     view.height = options.height;
     view.camera = fitCamera({glm::dvec3(-1.0), glm::dvec3(1.0)}, view.aspect());
     if (options.filling) view.camera.eye = glm::mix(view.camera.target, view.camera.eye, nearer);
-    view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), styleOf(options)});
-    render::Scene scene{std::move(view), {*std::move(step)}};
+    view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), styleOf(options, data.plot)});
+    render::Scene scene{std::move(view), {std::move(data.step)}};
     if (options.colorBy.empty()) return scene;
     const bool nearest = options.colorBy == "nearest";
     scene.view.layers[0].colorBy =

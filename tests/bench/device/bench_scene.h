@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // BenchScene: what the benches draw: a beam whose every particle is drawn, a ball of 256^3 cells, or both at
-// once, from eyes on an orbit. Values; pure functions, but for the dataset that is read.
+// once, or what a view that says nothing shows of them, from eyes on an orbit. Values; pure functions, but
+// for the dataset that is read.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@
 
 namespace mote::bench {
 
-enum class Shown { points, volume, hybrid };
+enum class Shown { points, volume, hybrid, unsaid };
 
 struct SceneOptions {
     Shown shown = Shown::points;
