@@ -89,13 +89,7 @@ Result<proto::JobRequest> toParticlesRequest(const ParticlesArguments& options) 
         MOTE_ASSIGN_OR_RETURN(auto axis, parseBounds(text));
         *job.add_bounds() = std::move(axis);
     }
-    for (const auto& axis : job.axes()) {
-        const bool given = std::ranges::count(job.bounds(), axis, &proto::Axis::name) > 0;
-        if (options.boundsOf != "step" || given) continue;
-        auto& bounds = *job.add_bounds();
-        bounds.set_name(axis);
-        bounds.set_unit("step");
-    }
+    job.set_bounds_of(options.boundsOf == "run" ? "" : options.boundsOf);
     setImpact(options, job);
     return request;
 }

@@ -2,13 +2,12 @@
 #include "preprocess/export_vdb.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 
+#include "preprocess/draft_file.h"
 #include "protocol/quantity/plot_axes.h"
-#include "storage/files/dataset_file.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/hybrid_limits.h"
@@ -24,21 +23,6 @@ namespace fs = std::filesystem;
 using storage::FloatGrid;
 using storage::GridSize;
 using Grids = std::vector<FloatGrid>;
-
-/// A file beside its final place, removed unless it got there.
-class PartialFile {
-  public:
-    explicit PartialFile(const fs::path& output) : path_(output) {
-        path_ += fmt::format(".partial-{}", ::getpid());
-    }
-    PartialFile(const PartialFile&) = delete;
-    PartialFile& operator=(const PartialFile&) = delete;
-    ~PartialFile() { ::unlink(path_.c_str()); }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
 
 /// Voxel (i, j, k) is the cell with that index along the three axes, the box is [-1, 1]^3.
 glm::dmat4 cellsToLayer(std::uint32_t size) {
@@ -137,20 +121,15 @@ constexpr std::array makers{GridMaker{"particles", "density", densityGrids},
 
 Result<std::string> exportVdb(const fs::path& dataset, const proto::Manifest& manifest, std::uint32_t step,
                               const fs::path& output) {
-    std::error_code code;
-    if (fs::exists(fs::symlink_status(output, code))) {
-        return Error{ErrorCode::alreadyExists, output.string(), "exists already and is never replaced"};
-    }
     const auto* const maker = std::ranges::find(makers, manifest.kind(), &GridMaker::kind);
     if (maker == makers.end()) {
         return Error{ErrorCode::invalidArgument, dataset.string(),
                      fmt::format("is a dataset of kind \"{}\", which holds no volume", manifest.kind())};
     }
+    MOTE_ASSIGN_OR_RETURN(auto draft, DraftFile::create(output));
     MOTE_ASSIGN_OR_RETURN(const auto grids, maker->make(dataset, manifest, step));
-    const PartialFile partial(output);
-    MOTE_RETURN_IF_ERROR(storage::writeVdbFile(partial.path(), grids));
-    MOTE_RETURN_IF_ERROR(storage::syncPath(partial.path()));
-    MOTE_RETURN_IF_ERROR(storage::publishByRename(partial.path(), output));
+    MOTE_RETURN_IF_ERROR(storage::writeVdbFile(draft.path(), grids));
+    MOTE_RETURN_IF_ERROR(draft.publish());
     return std::string(maker->what);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// KeptNotes: a Progress that passes on what it is told, and keeps the notes for the manifest: each sentence
-// once. One owner; note() is asked by one thread at a time.
+// KeptNotes: a Progress that passes on what it is told, each sentence once, and keeps the notes for the manifest:
+// what was assumed, changed or left out stays with the dataset. One owner; note() is asked by one thread at a time.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,22 @@
 #include <vector>
 
 #include "preprocess/job.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 
-class KeptNotes : public Progress {
+class KeptNotes final : public Progress {
   public:
-    static constexpr std::size_t most = 64;
+    static constexpr std::size_t most = 100, longest = 1000;
 
     explicit KeptNotes(Progress& progress) : progress_(progress) {}
     void report(double fraction, std::string_view phase) override { progress_.report(fraction, phase); }
     bool cancelled() const override { return progress_.cancelled(); }
     void note(std::string_view sentence) override {
-        if (std::find(notes_.begin(), notes_.end(), sentence) != notes_.end()) return;
+        auto text = toTerminalText(sentence.substr(0, longest));  // names in it are the file's
+        if (std::ranges::count(notes_, text) > 0) return;
         progress_.note(sentence);
-        if (notes_.size() < most) notes_.emplace_back(sentence);
+        if (notes_.size() < most) notes_.push_back(std::move(text));
     }
     const std::vector<std::string>& notes() const { return notes_; }
 

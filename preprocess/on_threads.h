@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Work on as many threads as a job was given, and on a series in two stages. Functions without state.
+// Work on as many threads as a job was given, in parallel, and on a series in two stages. Functions without
+// state.
 #pragma once
 
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -13,6 +15,7 @@
 #include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "protocol/scene/error.h"
 
@@ -43,6 +46,16 @@ auto onThreads(int threads, const Work& work) {
     }
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
     return arena.execute(work);
+}
+
+/// Calls `work(i)`, which gives a Status, for each i below `count`, on all threads of the calling arena.
+/// Returns the first error in the order of i; the others are done nevertheless.
+template <class Work>
+Status inParallel(std::size_t count, const Work& work) {
+    std::vector<Status> all(count, success());
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { all[i] = work(i); });
+    for (const auto& status : all) MOTE_RETURN_IF_ERROR(status);
+    return success();
 }
 
 /// The second stage of one item runs beside the first of the next. Each stage takes the items one at a time

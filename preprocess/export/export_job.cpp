@@ -194,7 +194,7 @@ class Export {
         MOTE_RETURN_IF_ERROR(file.begin(describe(index, mask.count())));
         StepRows rows(*numbers.columns, columns_, file);
         for (std::uint64_t begin = 0; begin < mask.size(); begin += pointsAtOnce) {
-            if (progress_.cancelled()) return cancelledError();
+            if (progress_.cancelled()) return wasCancelled();
             report(static_cast<double>(begin) / static_cast<double>(mask.size()), "writing particles");
             MOTE_RETURN_IF_ERROR(rows.take(mask, begin, std::min(pointsAtOnce, mask.size() - begin)));
         }

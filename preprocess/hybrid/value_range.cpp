@@ -58,7 +58,7 @@ Result<ValueRange> findRange(VolumeSource& source, std::uint32_t z0, std::uint32
     std::vector<float> values;
     ValueRange range;
     for (auto z = z0; z < z1; z += together) {
-        if (cancelled()) return cancelledError();
+        if (cancelled()) return wasCancelled();
         const auto end = std::min(z1, z + together);
         values.resize(slice * (end - z));
         MOTE_RETURN_IF_ERROR(source.read(z, end, values));

@@ -14,6 +14,7 @@
 #include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/job.h"
 #include "preprocess/kept_notes.h"
+#include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/mote.pb.h"
@@ -27,32 +28,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Inputs as seen from the folder that holds the dataset; nothing else of where it was made.
-proto::JobRequest portableRequest(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
-                                  const fs::path& output) {
-    proto::JobRequest portable = request;
-    portable.clear_output();
-    auto& names = *portable.mutable_volume()->mutable_inputs();
+/// Names the inputs as they are seen from the folder that holds the dataset.
+void nameInputs(const std::vector<fs::path>& inputs, const fs::path& output, proto::VolumeJob& job) {
+    const auto given = static_cast<std::size_t>(job.inputs_size());
+    auto& names = *job.mutable_inputs();
     names.Clear();
     for (const auto& input : inputs) {
         // A file of several steps is named once.
         const auto name = portableInput(input, output);
-        const bool again = inputs.size() > static_cast<std::size_t>(request.volume().inputs_size()) &&
-                           !names.empty() && *names.rbegin() == name;
+        const bool again = inputs.size() > given && !names.empty() && *names.rbegin() == name;
         if (!again) names.Add(std::string(name));
     }
-    return portable;
 }
 
 proto::Manifest describeVolume(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
                                const fs::path& output, const VolumeShape& shape, const VolumePlan& plan,
                                const ValueRange& range) {
-    proto::Manifest manifest;
-    manifest.set_kind("hybrid");
-    manifest.set_format(storage::formatVersion);
-    manifest.set_writer("mote-prep " MOTE_VERSION);
-    manifest.set_title(request.title().empty() ? inputs.front().filename().string() : request.title());
-    *manifest.mutable_request() = portableRequest(request, inputs, output);
+    auto manifest = beginManifest("hybrid", request, inputs.front().filename().string());
+    nameInputs(inputs, output, *manifest.mutable_request()->mutable_volume());
     auto& hybrid = *manifest.mutable_hybrid();
     hybrid.mutable_source_size()->Assign(plan.source.begin(), plan.source.end());
     hybrid.mutable_low_size()->Assign(plan.low.begin(), plan.low.end());
@@ -116,7 +109,8 @@ class Job {
         }
         const auto& notes = progress_.notes();
         manifest.mutable_hybrid()->mutable_notes()->Assign(notes.begin(), notes.end());
-        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? publish(dataset.writer(), manifest) : success()));
+        MOTE_RETURN_IF_ERROR(agree(
+            ranks_, ranks_.first() ? publishDataset(dataset.writer(), manifest, progress_) : success()));
         dataset.finish();
         progress_.report(1.0, "done");
         return manifest;
@@ -196,10 +190,10 @@ class Job {
 
     Result<proto::HybridStepEntry> makeStep(std::size_t step, const fs::path& directory) {
         auto source = only_ ? Result(std::move(only_)) : open_(step);
-        MOTE_RETURN_IF_ERROR(agree(ranks_, source.ok() ? success() : Status(source.error())));
+        MOTE_RETURN_IF_ERROR(agree(ranks_, source));
         StepTask task{ranks_, plan_, range_, memory_, directory, static_cast<std::uint32_t>(step), {}};
         task.report = [&](double done, std::string_view what) -> Status {
-            if (progress_.cancelled()) return cancelledError();
+            if (progress_.cancelled()) return wasCancelled();
             const double all = (static_cast<double>(step) + done) / static_cast<double>(inputs_.size());
             progress_.report(rangeShare + (0.97 - rangeShare) * all, phase(fmt::format("{}:", what), step));
             return success();
@@ -215,13 +209,6 @@ class Job {
         MOTE_RETURN_IF_ERROR(writer.add(entry.file(), stop));
         MOTE_RETURN_IF_ERROR(writer.add(entry.digest(), stop));
         return entry.residual_file().empty() ? success() : writer.add(entry.residual_file(), stop);
-    }
-
-    Status publish(storage::DatasetWriter& writer, proto::Manifest& manifest) {
-        if (progress_.cancelled()) return cancelledError();
-        MOTE_RETURN_IF_ERROR(writer.publish(manifest));
-        manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
-        return success();
     }
 
     const proto::JobRequest& request_;

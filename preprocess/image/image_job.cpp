@@ -3,36 +3,19 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 #include "preprocess/image/read_picture.h"
-#include "preprocess/job.h"
-#include "storage/dataset_writer.h"
+#include "preprocess/new_dataset.h"
 #include "storage/image/image_file.h"
-#include "storage/manifest.h"
 
 namespace mote::prep {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The input as seen from the folder that holds the dataset; nothing else of where it was made.
-proto::JobRequest portableRequest(const proto::JobRequest& request, const fs::path& input,
-                                  const fs::path& output) {
-    proto::JobRequest portable = request;
-    portable.clear_output();
-    portable.mutable_image()->set_input(portableInput(input, output));
-    return portable;
-}
-
 proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
                          const Picture& picture) {
-    proto::Manifest manifest;
-    manifest.set_kind("image");
-    manifest.set_format(storage::formatVersion);
-    manifest.set_writer("mote-prep " MOTE_VERSION);
-    manifest.set_title(request.title().empty() ? input.filename().string() : request.title());
-    *manifest.mutable_request() = portableRequest(request, input, output);
+    auto manifest = beginManifest("image", request, input.filename().string());
+    manifest.mutable_request()->mutable_image()->set_input(portableInput(input, output));
     auto& image = *manifest.mutable_image();
     image.set_width(picture.luminance.width);
     image.set_height(picture.luminance.height);
@@ -56,16 +39,7 @@ Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const fs::
     }
     progress.report(0.85, "writing");
     MOTE_RETURN_IF_ERROR(storage::writeImage(writer.directory(), picture.luminance));
-    const auto cancelled = [&] { return progress.cancelled(); };
-    for (const char* suffix : {".h5", ".digest"}) {
-        MOTE_RETURN_IF_ERROR(writer.add(std::string(storage::imageName) + suffix, cancelled));
-    }
-    auto manifest = describe(request, input, output, picture);
-    if (cancelled()) return cancelledError();
-    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
-    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
-    progress.report(1.0, "done");
-    return manifest;
+    return finishDataset(writer, {storage::imageName}, describe(request, input, output, picture), progress);
 }
 
 }  // namespace mote::prep

@@ -201,7 +201,7 @@ class PictureReader {
         std::vector<float> strip(static_cast<std::size_t>(spec_.width) * spec_.nchannels *
                                  static_cast<std::size_t>(std::min(stripRows_, spec_.height)));
         for (int row = 0; row < spec_.height; row += stripRows_) {
-            if (progress_.cancelled()) return cancelledError();
+            if (progress_.cancelled()) return wasCancelled();
             progress_.report(0.8 * row / spec_.height, "reading the picture");
             const int rows = std::min(stripRows_, spec_.height - row);
             // Its reader of TIFF says that all went well where strips are missing, and keeps the error.

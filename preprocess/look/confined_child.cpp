@@ -73,7 +73,7 @@ void waitFor(pid_t child, int alive, const CancelSignal& signal) {
 
 Result<int> endOf(int status, const Confinement& confinement, const CancelSignal& signal) {
     if (WIFEXITED(status)) return WEXITSTATUS(status);
-    if (signal.received() != 0) return cancelledError();
+    if (signal.received() != 0) return wasCancelled();
     const int number = WTERMSIG(status);
     if (confinement.seconds > 0 && (number == SIGXCPU || number == SIGKILL)) {
         return Error{

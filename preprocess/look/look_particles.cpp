@@ -97,7 +97,7 @@ Status readRanges(ParticleSource& source, bool all, Progress& progress, Found& f
     for (std::size_t step = 0; step < source.steps().size(); ++step) {
         const std::uint64_t rows = source.steps()[step].particles;
         for (std::uint64_t begin = 0; begin < rows; begin += chunkRows) {
-            if (progress.cancelled()) return cancelledError();
+            if (progress.cancelled()) return wasCancelled();
             const auto count = static_cast<std::size_t>(std::min(chunkRows, rows - begin));
             MOTE_RETURN_IF_ERROR(source.read(step, begin, count, wanted, chunk));
             for (std::size_t i = 0; i < wanted.size(); ++i) {

@@ -75,7 +75,7 @@ Status readRange(VolumeSource& source, Progress& progress, FoundColumn& range) {
         std::clamp<std::uint64_t>(slabBytes / (slice * sizeof(float)), 1, shape.nz));
     std::vector<float> values;
     for (std::uint32_t z = 0; z < shape.nz; z += together) {
-        if (progress.cancelled()) return cancelledError();
+        if (progress.cancelled()) return wasCancelled();
         const std::uint32_t end = std::min(z + together, shape.nz);
         values.resize(slice * (end - z));
         MOTE_RETURN_IF_ERROR(source.read(z, end, values));

@@ -243,7 +243,7 @@ Result<TriangleMesh> isosurface(VolumeSource& source, const IsosurfaceOptions& o
     }
     SurfaceNet net(shape, options);
     for (std::uint32_t z = 0; z < shape.nz; ++z) {
-        if (progress.cancelled()) return cancelledError();
+        if (progress.cancelled()) return wasCancelled();
         progress.report(0.5 * z / shape.nz, fmt::format("slice {} of {}", z + 1, shape.nz));
         MOTE_RETURN_IF_ERROR(source.read(z, z + 1, net.next()));
         MOTE_RETURN_IF_ERROR(net.add(z));

@@ -3,15 +3,13 @@
 
 #include <fmt/format.h>
 
-#include "preprocess/job.h"
 #include "preprocess/kept_notes.h"
 #include "preprocess/mesh/find_intersections.h"
 #include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
 #include "preprocess/mesh/weld_mesh.h"
-#include "storage/dataset_writer.h"
-#include "storage/manifest.h"
+#include "preprocess/new_dataset.h"
 #include "storage/mesh/mesh_file.h"
 
 namespace mote::prep {
@@ -21,13 +19,7 @@ namespace fs = std::filesystem;
 
 proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
                          const storage::SurfaceMesh& mesh) {
-    proto::Manifest manifest;
-    manifest.set_kind("mesh");
-    manifest.set_format(storage::formatVersion);
-    manifest.set_writer("mote-prep " MOTE_VERSION);
-    manifest.set_title(request.title().empty() ? input.filename().string() : request.title());
-    *manifest.mutable_request() = request;
-    manifest.mutable_request()->clear_output();
+    auto manifest = beginManifest("mesh", request, input.filename().string());
     manifest.mutable_request()->mutable_mesh()->set_input(portableInput(input, output));
     *manifest.mutable_mesh() = storage::describeMesh(mesh);
     return manifest;
@@ -89,18 +81,12 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     auto mesh = makeSurfaceMesh(surface);
     // The surface of a value does not cut itself.
     if (!request.mesh().has_isovalue()) addIntersections(mesh, progress);
-    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    if (progress.cancelled()) return wasCancelled();
     progress.report(0.8, "writing");
     MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
-    const auto cancelled = [&] { return progress.cancelled(); };
-    MOTE_RETURN_IF_ERROR(writer.add("mesh.h5", cancelled));
-    MOTE_RETURN_IF_ERROR(writer.add("mesh.digest", cancelled));
     auto manifest = describe(request, input, output, mesh);
     manifest.mutable_mesh()->mutable_notes()->Assign(progress.notes().begin(), progress.notes().end());
-    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
-    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
-    progress.report(1.0, "done");
-    return manifest;
+    return finishDataset(writer, {"mesh"}, std::move(manifest), progress);
 }
 
 }  // namespace mote::prep

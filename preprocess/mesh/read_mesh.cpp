@@ -61,7 +61,7 @@ Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& p
         parsed.triangles.size() >= mostTriangles) {
         return Error{ErrorCode::resourceExhausted, name, "has more than 2^31 triangles or 2^32 vertices"};
     }
-    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    if (progress.cancelled()) return wasCancelled();
     for (const auto& note : parsed.notes) progress.note(note);
     if (const auto origin = describeOrigin(parsed.origin); !origin.empty()) progress.note(origin);
     ReadMesh made;

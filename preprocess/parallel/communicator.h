@@ -45,6 +45,10 @@ std::unique_ptr<Communicator> singleProcess();
 
 /// The first rank's Error that is one, on all ranks.
 Status agree(Communicator& ranks, const Status& mine);
+template <class T>
+Status agree(Communicator& ranks, const Result<T>& mine) {
+    return agree(ranks, mine.ok() ? success() : Status(mine.error()));
+}
 
 /// Everyone's numbers, one rank's after another's; T is trivially copyable.
 template <class T>

@@ -110,7 +110,7 @@ class MpiCommunicator final : public Communicator {
             pause = std::min(pause + pause / 4, std::chrono::microseconds(500));
         }
         whole_ = false;
-        return cancelledError();
+        return wasCancelled();
     }
 
     std::function<bool()> cancelled_;

@@ -4,21 +4,179 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
-#include "preprocess/particles/id_index.h"
+#include "preprocess/job.h"
+#include "preprocess/on_threads.h"
 #include "preprocess/particles/record_store.h"
-#include "preprocess/particles/row_reader.h"
+#include "preprocess/particles/step_statistics.h"
+#include "protocol/scene/error.h"
 #include "storage/arrays/array_file.h"
 #include "storage/particles/mapped_columns.h"
+#include "storage/particles/step_layout.h"
 
 namespace mote::prep {
 namespace {
+
+struct IdArrays {
+    std::size_t ids = 0, index = 0;  ///< in the file: u64, u32
+    std::uint64_t points = 0;        ///< fewer than 2^32
+};
+
+constexpr std::uint64_t idsAtOnce = std::uint64_t{1} << 18;
+constexpr unsigned bucketBits = 12;
+constexpr std::size_t buckets = std::size_t{1} << bucketBits;
+
+struct Entry {
+    std::uint64_t id;
+    std::uint32_t point;
+    bool operator<(const Entry& other) const { return id != other.id ? id < other.id : point < other.point; }
+};
+
+class IndexWriter {
+  public:
+    IndexWriter(const storage::ArrayFileWriter& file, const IdArrays& arrays, std::uint64_t memory,
+                const Progress& progress)
+        : file_(file),
+          arrays_(arrays),
+          most_(std::max<std::uint64_t>(memory / 4 * 3 / sizeof(Entry), idsAtOnce)),
+          progress_(progress),
+          counts_(buckets) {}
+
+    Status run() {
+        if (arrays_.points == 0) return success();
+        MOTE_RETURN_IF_ERROR(findRange());
+        MOTE_RETURN_IF_ERROR(countBuckets());
+        std::uint64_t written = 0;
+        for (std::size_t first = 0; first < buckets;) {
+            std::size_t last = first;
+            std::uint64_t count = 0;
+            while (last < buckets && (last == first || count + counts_[last] <= most_))
+                count += counts_[last++];
+            MOTE_RETURN_IF_ERROR(writeBuckets(first, last, count, written));
+            written += count;
+            first = last;
+        }
+        return success();
+    }
+
+  private:
+    template <class Use>
+    Status forEachPart(const Use& use) {
+        const std::uint64_t parts = (arrays_.points + idsAtOnce - 1) / idsAtOnce;
+        return inParallel(parts, [&](std::uint64_t part) -> Status {
+            if (progress_.cancelled()) return wasCancelled();
+            const std::uint64_t first = part * idsAtOnce;
+            std::vector<std::uint64_t> ids(std::min(idsAtOnce, arrays_.points - first));
+            MOTE_RETURN_IF_ERROR(file_.read(arrays_.ids, first * sizeof(std::uint64_t),
+                                            std::as_writable_bytes(std::span(ids))));
+            use(first, std::span<const std::uint64_t>(ids));
+            return success();
+        });
+    }
+
+    Status findRange() {
+        std::mutex mutex;
+        std::uint64_t greatest = 0;
+        least_ = std::numeric_limits<std::uint64_t>::max();
+        MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t, std::span<const std::uint64_t> ids) {
+            const auto [low, high] = std::ranges::minmax(ids);
+            const std::lock_guard lock(mutex);
+            least_ = std::min(least_, low);
+            greatest = std::max(greatest, high);
+        }));
+        const auto bits = static_cast<unsigned>(std::bit_width(greatest - least_));
+        shift_ = bits > bucketBits ? bits - bucketBits : 0;
+        return success();
+    }
+
+    std::size_t bucketOf(std::uint64_t id) const { return static_cast<std::size_t>((id - least_) >> shift_); }
+
+    Status countBuckets() {
+        std::mutex mutex;
+        return forEachPart([&](std::uint64_t, std::span<const std::uint64_t> ids) {
+            std::vector<std::uint32_t> counts(buckets);
+            for (const auto id : ids) ++counts[bucketOf(id)];
+            const std::lock_guard lock(mutex);
+            for (std::size_t i = 0; i < buckets; ++i) counts_[i] += counts[i];
+        });
+    }
+
+    /// Entries come into their bucket in any order; sorting gives them the only one there is.
+    Status writeBuckets(std::size_t first, std::size_t last, std::uint64_t count, std::uint64_t before) {
+        std::vector<std::uint64_t> begin(last - first + 1);
+        std::inclusive_scan(counts_.begin() + static_cast<std::ptrdiff_t>(first),
+                            counts_.begin() + static_cast<std::ptrdiff_t>(last), begin.begin() + 1);
+        std::vector<std::atomic<std::uint64_t>> next(last - first);
+        for (std::size_t i = 0; i < next.size(); ++i) next[i] = begin[i];
+        std::vector<Entry> entries(count);
+        MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t point, std::span<const std::uint64_t> ids) {
+            for (const auto id : ids) {
+                const auto bucket = bucketOf(id);
+                if (bucket >= first && bucket < last) {
+                    entries[next[bucket - first]++] = {id, static_cast<std::uint32_t>(point)};
+                }
+                ++point;
+            }
+        }));
+        return inParallel(last - first, [&](std::size_t i) {
+            const auto mine = std::span(entries).subspan(begin[i], begin[i + 1] - begin[i]);
+            std::ranges::sort(mine, std::less<>());
+            std::vector<std::uint32_t> points;
+            points.reserve(mine.size());
+            for (const auto& entry : mine) points.push_back(entry.point);
+            return file_.write(arrays_.index, (before + begin[i]) * sizeof(std::uint32_t),
+                               std::as_bytes(std::span(points)));
+        });
+    }
+
+    const storage::ArrayFileWriter& file_;
+    const IdArrays arrays_;
+    const std::uint64_t most_;  ///< entries in memory at once
+    const Progress& progress_;
+    std::vector<std::uint64_t> counts_;  ///< by bucket
+    std::uint64_t least_ = 0;
+    unsigned shift_ = 0;
+};
+
+/// `memory`: bytes that may be taken. Errors: resourceExhausted (disk full), internal, cancelled.
+Status writeIdIndex(const storage::ArrayFileWriter& file, const IdArrays& arrays, std::uint64_t memory,
+                    const Progress& progress) {
+    return IndexWriter(file, arrays, memory, progress).run();
+}
+
+constexpr std::size_t askedEach = 4096;  // rows, between two questions whether to stop
+
+Status readRows(const storage::StepFile& points, std::uint64_t first, std::span<std::uint64_t> rows) {
+    return points.read(storage::StepArray::pointRow, first * sizeof(std::uint64_t),
+                       std::as_writable_bytes(rows));
+}
+
+Status readStrided(const storage::StepFile& points, std::uint64_t stride, std::vector<std::uint64_t>& rows,
+                   const Progress& progress) {
+    const std::size_t parts = (rows.size() + askedEach - 1) / askedEach;
+    return inParallel(parts, [&](std::size_t part) -> Status {
+        if (progress.cancelled()) return wasCancelled();
+        const std::size_t end = std::min(rows.size(), (part + 1) * askedEach);
+        for (std::size_t i = part * askedEach; i < end; ++i)
+            MOTE_RETURN_IF_ERROR(readRows(points, i * stride, std::span(rows).subspan(i, 1)));
+        return success();
+    });
+}
 
 using storage::ArrayFileWriter;
 
@@ -219,14 +377,10 @@ class Output {
         std::vector<T> unused;
         MOTE_ASSIGN_OR_RETURN(const auto records, store.read<T>(0, (end - begin) * arrays.size(), unused));
         const std::uint64_t parts = (request_.pointCount + pointsAtOnce - 1) / pointsAtOnce;
-        std::vector<Status> written(parts, success());
-        tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
-            written[part] = request_.progress->cancelled()
-                                ? Status(cancelledError())
-                                : gatherPart<T>(records, begin, end, arrays, part * pointsAtOnce);
+        return inParallel(parts, [&](std::uint64_t part) -> Status {
+            if (request_.progress->cancelled()) return wasCancelled();
+            return gatherPart<T>(records, begin, end, arrays, part * pointsAtOnce);
         });
-        for (const auto& status : written) MOTE_RETURN_IF_ERROR(status);
-        return success();
     }
 
     /// Points of other ranges of rows keep what an earlier range gave them.
@@ -295,6 +449,79 @@ class Output {
 };
 
 }  // namespace
+
+ColumnSample::ColumnSample(ColumnSample&& other) noexcept
+    : wanted_(std::move(other.wanted_)),
+      lost_(other.lost_),
+      row_(std::move(other.row_)),
+      taken_(std::move(other.taken_)),
+      chunk_(std::move(other.chunk_)),
+      leastWeight_(other.leastWeight_),
+      greatestWeight_(other.greatestWeight_) {}
+
+Result<ColumnSample> ColumnSample::make(const storage::StepFile& points, std::uint64_t pointCount,
+                                        std::vector<Column> wanted, LostParticles lost,
+                                        const Progress& progress) {
+    ColumnSample sample;
+    sample.lost_ = lost;
+    sample.wanted_ = std::move(wanted);
+    const std::uint64_t stride = std::max<std::uint64_t>(1, (pointCount + most - 1) / most);
+    sample.row_.resize((pointCount + stride - 1) / stride);
+    if (stride == 1) MOTE_RETURN_IF_ERROR(readRows(points, 0, sample.row_));
+    if (stride > 1) MOTE_RETURN_IF_ERROR(readStrided(points, stride, sample.row_, progress));
+    std::sort(sample.row_.begin(), sample.row_.end());
+    sample.taken_.assign(sample.row_.size(), 0);
+    sample.chunk_.size = sample.row_.size();
+    for (const auto column : sample.wanted_) {
+        if (column != Column::id) sample.chunk_[column].resize(sample.row_.size());
+    }
+    return sample;
+}
+
+void ColumnSample::take(const ParticleChunk& chunk) {
+    const auto first = std::ranges::lower_bound(row_, chunk.begin);
+    const auto last = std::lower_bound(first, row_.end(), chunk.begin + chunk.size);
+    for (auto it = first; it != last; ++it) {
+        const auto i = static_cast<std::size_t>(it - row_.begin());
+        for (const auto column : wanted_) {
+            if (column != Column::id) chunk_[column][i] = chunk[column][*it - chunk.begin];
+        }
+        taken_[i] = 1;
+    }
+    const auto& weights = chunk[Column::weight];
+    double least = std::numeric_limits<double>::infinity(), greatest = -least;
+    for (std::size_t i = 0; i < std::min(chunk.size, weights.size()); ++i) {
+        if (!takesPart(lost_, i < chunk.lost.size() && chunk.lost[i] != 0)) continue;
+        least = std::min(least, weights[i]);
+        greatest = std::max(greatest, weights[i]);
+    }
+    const std::lock_guard lock(mutex_);
+    leastWeight_ = std::min(leastWeight_, least);
+    greatestWeight_ = std::max(greatestWeight_, greatest);
+}
+
+Status ColumnSample::share(Communicator& ranks) {
+    for (const auto column : wanted_) {
+        if (column == Column::id) continue;
+        std::vector<double> mine;
+        for (std::size_t i = 0; i < row_.size(); ++i) {
+            if (taken_[i] != 0) mine.push_back(chunk_[column][i]);
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<double>(ranks, mine));
+        chunk_[column].clear();
+        for (const auto& part : all) {
+            chunk_[column].insert(chunk_[column].end(), part.begin(), part.end());
+        }
+        chunk_.size = chunk_[column].size();
+    }
+    const std::array ends{leastWeight_, greatestWeight_};
+    MOTE_ASSIGN_OR_RETURN(const auto weights, shareValues<double>(ranks, ends));
+    for (const auto& part : weights) {
+        leastWeight_ = std::min(leastWeight_, part[0]);
+        greatestWeight_ = std::max(greatestWeight_, part[1]);
+    }
+    return success();
+}
 
 Result<WrittenColumns> writeColumns(const ColumnsRequest& request) {
     return Output(request).run();

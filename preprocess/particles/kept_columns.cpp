@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 namespace mote::prep {
 namespace {
@@ -58,6 +59,31 @@ Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::st
     }
     if (marked) kept.columns.push_back({"lost", "1", std::nullopt});
     return kept;
+}
+
+std::vector<Column> KeptColumns::sources() const {
+    std::set<Column> all;
+    for (const auto& column : columns) {
+        const auto own = column.sources();
+        all.insert(own.begin(), own.end());
+    }
+    return {all.begin(), all.end()};
+}
+
+void KeptColumns::describe(const ParticleSource& source, proto::ParticlesManifest& manifest) const {
+    for (const auto& column : columns) {
+        auto& entry = *manifest.add_columns();
+        entry.set_name(column.name);
+        entry.set_unit(column.unit);
+        // Nothing yet: the first step's range is taken as it is.
+        entry.set_min(0.0);
+        entry.set_max(-1.0);
+    }
+    manifest.set_ids(ids);
+    manifest.set_mass(source.mass());
+    manifest.set_species(source.species());
+    manifest.set_particle_charge(source.particleCharge());
+    manifest.set_weight_unit(source.weightUnit());
 }
 
 void evaluateColumn(const KeptColumn& column, const ParticleChunk& chunk, const BeamContext& context,

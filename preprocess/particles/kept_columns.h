@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// KeptColumns: which columns of a run a job keeps beside the points of its plot, and what is read of the
-// source for them. A value and pure functions.
+// KeptColumns: which columns of a run a job keeps beside the points of its plot, what is read of the source for
+// them, and what the manifest says of them. A value and pure functions.
 #pragma once
 
 #include <optional>
@@ -29,6 +29,10 @@ struct KeptColumns {
     bool ids = false;
 
     bool empty() const { return columns.empty() && !ids; }
+    /// What the columns are made from.
+    std::vector<Column> sources() const;
+    /// What the manifest says before any step's columns are there.
+    void describe(const ParticleSource& source, proto::ParticlesManifest& manifest) const;
 };
 
 /// For names as in a request ("none": none; no name: all that the run has of x y z t px py pz, weight and

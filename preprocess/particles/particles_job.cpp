@@ -6,34 +6,174 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "preprocess/job.h"
+#include "preprocess/kept_notes.h"
+#include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/column_output.h"
-#include "preprocess/particles/dataset_source.h"
-#include "preprocess/particles/job_columns.h"
-#include "preprocess/particles/job_summary.h"
 #include "preprocess/particles/lost_filter.h"
-#include "preprocess/particles/noted_progress.h"
-#include "preprocess/particles/plot_bounds.h"
+#include "preprocess/particles/plot_axis.h"
 #include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
-#include "preprocess/particles/step_output.h"
 #include "preprocess/particles/step_statistics.h"
+#include "preprocess/readers/particle_source.h"
 #include "protocol/quantity/statistic.h"
 #include "protocol/scene/step_range.h"
+#include "storage/beam/beam_statistics.h"
 #include "storage/files/dataset_file.h"
 #include "storage/manifest.h"
 #include "storage/particles/mapped_columns.h"
+#include "storage/particles/particle_columns.h"
 #include "storage/particles/step_file.h"
+#include "storage/storage_error.h"
 
 namespace mote::prep {
 namespace {
+
+class DatasetSource final : public ParticleSource {
+  public:
+    DatasetSource(std::filesystem::path directory, proto::Manifest manifest)
+        : directory_(std::move(directory)), manifest_(std::move(manifest)) {
+        for (const auto& step : particles().steps()) {
+            steps_.push_back({(directory_.filename() / step.file()).string(), step.iteration(), step.time(),
+                              step.particles()});
+        }
+        for (const auto& column : particles().columns()) {
+            const bool own = column.name() != "lost" && findKnownQuantity(column.name()) == nullptr;
+            if (own && records_.size() < mostRecords) records_.push_back({column.name(), column.unit()});
+        }
+    }
+
+    std::string format() const override { return "mote"; }
+    const std::vector<SourceStep>& steps() const override { return steps_; }
+    double mass() const override { return particles().mass(); }
+    std::string species() const override { return particles().species(); }
+    double particleCharge() const override { return particles().particle_charge(); }
+    std::string weightUnit() const override { return particles().weight_unit(); }
+    std::string lostParticles() const override { return particles().lost_particles(); }
+
+    bool has(Column column) const override {
+        return column == Column::id ? particles().ids() : indexOf(column).has_value();
+    }
+
+    std::vector<SourceRecord> records() const override { return records_; }
+
+    std::vector<double> statistics(std::size_t step) const override {
+        const auto names = mote::statistics();
+        const auto same = [](const Statistic& a, const std::string& b) { return a.name == b; };
+        if (!std::ranges::equal(names, particles().statistic_names(), same)) return {};
+        const auto& values = particles().steps(static_cast<int>(step)).statistics();
+        return {values.begin(), values.end()};
+    }
+
+    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                ParticleChunk& chunk) override {
+        if (!open_ || openStep_ != step) {
+            MOTE_ASSIGN_OR_RETURN(open_, storage::ParticleColumns::open(directory_, manifest_,
+                                                                        static_cast<std::uint32_t>(step)));
+            openStep_ = step;
+        }
+        try {
+            readOpen(begin, count, wanted, chunk);
+            open_->check();
+        } catch (const storage::StorageError& error) {
+            return error.error();
+        }
+        return success();
+    }
+
+  private:
+    const proto::ParticlesManifest& particles() const { return manifest_.particles(); }
+
+    std::optional<std::size_t> indexOf(Column column) const {
+        const auto& all = particles().columns();
+        const auto found = std::ranges::find(all, columnName(column, *this), &proto::ColumnEntry::name);
+        if (found == all.end()) return std::nullopt;
+        return static_cast<std::size_t>(found - all.begin());
+    }
+
+    void readOpen(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                  ParticleChunk& chunk) const {
+        chunk.begin = begin;
+        chunk.size = count;
+        chunk.lost.clear();
+        // A dataset of lost particles alone says so of each.
+        if (particles().lost_particles() == "only") chunk.lost.assign(count, 1);
+        if (particles().lost_particles() == "with") readLost(begin, count, chunk);
+        for (const auto column : wanted) {
+            if (column == Column::id) {
+                const auto ids = open_->ids(begin, count);
+                chunk.id.assign(ids.begin(), ids.end());
+                continue;
+            }
+            auto& to = chunk[column];
+            const auto index = indexOf(column);
+            to.assign(index ? 0 : count, 1.0);  // missing weights
+            if (!index) continue;
+            to.resize(count);
+            open_->read(*index, begin, to);
+        }
+    }
+
+    void readLost(std::uint64_t begin, std::size_t count, ParticleChunk& chunk) const {
+        const auto column = open_->find("lost");
+        std::vector<double> marks(column ? count : 0);
+        if (column) open_->read(*column, begin, marks);
+        for (const double mark : marks) chunk.lost.push_back(mark != 0.0 ? 1 : 0);
+    }
+
+    std::filesystem::path directory_;
+    proto::Manifest manifest_;
+    std::vector<SourceStep> steps_;
+    std::vector<SourceRecord> records_;
+    std::size_t openStep_ = 0;
+    std::shared_ptr<const storage::ParticleColumns> open_;
+};
+
+/// Whether inputs of a job name a dataset.
+bool isDataset(const std::vector<std::filesystem::path>& inputs) {
+    std::error_code code;
+    return inputs.size() == 1 && std::filesystem::is_regular_file(inputs[0] / storage::manifestName, code);
+}
+
+/// Errors: notFound (no columns: says how to make them), invalidArgument (a choice of lost particles, a
+/// species or a format that the dataset does not have), as storage::readManifest.
+Result<std::unique_ptr<ParticleSource>> openDataset(const proto::ParticlesJob& job,
+                                                    const std::filesystem::path& directory) {
+    const auto name = directory.filename().string();
+    if (!job.species().empty()) return invalid("species", "only openPMD files have species");
+    if (!job.format().empty() && job.format() != "auto") {
+        return invalid("format", fmt::format("{} is a dataset of Mote; leave the format out", name));
+    }
+    MOTE_ASSIGN_OR_RETURN(auto manifest, storage::readManifest(directory));
+    if (!manifest.has_particles()) {
+        return Error{ErrorCode::unsupported, name, "is a dataset without particles"};
+    }
+    const auto& particles = manifest.particles();
+    if (particles.columns().empty()) {
+        return Error{
+            ErrorCode::notFound, name,
+            "has no columns to plot again; make it anew with mote-prep particles, from the files that "
+            "it was made from, without --columns none"};
+    }
+    const std::string has = particles.lost_particles().empty() ? "without" : particles.lost_particles();
+    if (!job.lost().empty() && job.lost() != has) {
+        return invalid("lost", fmt::format("{} was made {} lost particles, which cannot be changed from its "
+                                           "columns; name the files that it was made from",
+                                           name, has == "only" ? "of only" : has));
+    }
+    return std::unique_ptr<ParticleSource>(std::make_unique<DatasetSource>(directory, std::move(manifest)));
+}
 
 namespace fs = std::filesystem;
 
@@ -42,7 +182,7 @@ constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, do
 class Job {
   public:
     Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
-        const fs::path& output, const JobResources& resources, NotedProgress& progress)
+        const fs::path& output, const JobResources& resources, KeptNotes& progress)
         : request_(request),
           job_(request.particles()),
           unfiltered_(source),
@@ -76,7 +216,8 @@ class Job {
             MOTE_ASSIGN_OR_RETURN(auto axis, PlotAxis::make(job_.axes(i), source_));
             axes_[static_cast<std::size_t>(i)] = std::move(axis);
         }
-        MOTE_ASSIGN_OR_RETURN(columns_, JobColumns::make(job_, unfiltered_));
+        MOTE_ASSIGN_OR_RETURN(columns_,
+                              keptColumns(job_.columns(), unfiltered_, lost_ == LostParticles::with));
         MOTE_ASSIGN_OR_RETURN(steps_, selectSteps(job_.steps(), source_.steps().size()));
         if (steps_.size() > static_cast<std::size_t>(storage::maxSteps)) {
             return Error{ErrorCode::resourceExhausted, "steps",
@@ -179,6 +320,7 @@ class Job {
     Status take(std::size_t index, const BuiltStep& built) {
         const auto& info = source_.steps()[steps_[index]];
         auto& entry = *manifest_.mutable_particles()->add_steps();
+        if (plotBounds_.ofSteps()) addAxes(axes_, plotBounds_.of(index), *entry.mutable_axes());
         // Of lost particles alone none is left out that is lost.
         entry.set_lost(lost_ == LostParticles::without ? built.counts.lost : 0);
         othersLeftOut_ += lost_ == LostParticles::only ? built.counts.lost : 0;
@@ -252,7 +394,7 @@ class Job {
                                   storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
             auto sampled =
                 ColumnSample::make(points, entry.particles(), columns_.sources(), lost_, progress_);
-            MOTE_RETURN_IF_ERROR(agree(ranks_, sampled.ok() ? success() : Status(sampled.error())));
+            MOTE_RETURN_IF_ERROR(agree(ranks_, sampled));
             MOTE_ASSIGN_OR_RETURN(const auto statistics, findStatistics(i, *sampled));
             entry.mutable_statistics()->Assign(statistics.begin(), statistics.end());
             if (columns_.empty()) continue;
@@ -279,6 +421,7 @@ class Job {
                        proto::ParticlesManifest& particles) {
         auto& entry = *particles.mutable_steps(static_cast<int>(index));
         ColumnsRequest request;
+        request.kept = &columns_;
         request.source = &unfiltered_;
         request.step = steps_[index];
         request.context = contextOf(source_);
@@ -294,10 +437,28 @@ class Job {
         request.ranks = &ranks_;
         request.writeback = &writeback_;
         request.progress = &progress_;
-        MOTE_RETURN_IF_ERROR(columns_.write(request, particles, entry));
+        MOTE_ASSIGN_OR_RETURN(const auto written, writeColumns(request));
+        describeColumns(request.name, written, particles, entry);
         if (!ranks_.first()) return success();
         MOTE_RETURN_IF_ERROR(takeFile(entry.columns_file()));
         return dataset_->writer().add(entry.columns_digest(), [this] { return progress_.cancelled(); });
+    }
+
+    /// Fills the step's entry and widens the columns' ranges.
+    static void describeColumns(const std::string& name, const WrittenColumns& written,
+                                proto::ParticlesManifest& manifest, proto::ParticleStepEntry& entry) {
+        entry.set_columns_file(name + ".h5");
+        entry.set_columns_digest(name + ".digest");
+        entry.mutable_column_resolution()->Assign(written.resolutions.begin(), written.resolutions.end());
+        for (std::size_t i = 0; i < written.codings.size(); ++i) {
+            auto& column = *manifest.mutable_columns(static_cast<int>(i));
+            entry.add_column_offset(written.codings[i].offset);
+            if (written.codings[i].doubles) column.set_type("f64");
+            const auto range =
+                Range{column.min(), column.max()}.united({written.least[i], written.greatest[i]});
+            column.set_min(range.min);
+            column.set_max(range.max);
+        }
     }
 
     /// Hashes the file; the disk gets it meanwhile, so that publishing need not wait.
@@ -329,11 +490,7 @@ class Job {
         noteLeftOut(particles, boundsGiven(), othersLeftOut_, progress_);
         for (const auto& sentence : plotBounds_.notes(axes_)) progress_.note(sentence);
         particles.mutable_notes()->Assign(progress_.notes().begin(), progress_.notes().end());
-        if (progress_.cancelled()) return cancelledError();
-        MOTE_RETURN_IF_ERROR(dataset_->writer().publish(manifest_));
-        manifest_.mutable_files()->Assign(dataset_->writer().files().begin(),
-                                          dataset_->writer().files().end());
-        return success();
+        return publishDataset(dataset_->writer(), manifest_, progress_);
     }
 
     const proto::JobRequest& request_;
@@ -345,12 +502,12 @@ class Job {
     fs::path output_;
     JobResources resources_;
     Communicator& ranks_;
-    NotedProgress& progress_;
+    KeptNotes& progress_;
     std::mutex reporting_;
     double reported_ = 0.0;  ///< under it
 
     PlotAxes axes_;
-    JobColumns columns_;
+    KeptColumns columns_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
     std::size_t together_ = 1;                        ///< steps that are under way at once
@@ -368,7 +525,7 @@ class Job {
 
 Result<proto::Manifest> runNoted(const proto::JobRequest& request, ParticleSource& source,
                                  const std::vector<fs::path>& inputs, const fs::path& output,
-                                 const JobResources& resources, NotedProgress& progress) {
+                                 const JobResources& resources, KeptNotes& progress) {
     const auto alone = singleProcess();
     JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
@@ -381,7 +538,7 @@ Result<proto::Manifest> runNoted(const proto::JobRequest& request, ParticleSourc
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<fs::path>& inputs, const fs::path& output,
                                         const JobResources& resources, Progress& progress) {
-    NotedProgress noted(progress);
+    KeptNotes noted(progress);
     return runNoted(request, source, inputs, output, resources, noted);
 }
 
@@ -389,11 +546,11 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, const 
                                         const fs::path& output, const JobResources& resources,
                                         Progress& progress) {
     MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
-    NotedProgress noted(progress);
+    KeptNotes noted(progress);
     auto source = isDataset(inputs) ? openDataset(request.particles(), inputs.front())
                                     : openParticleSource(request.particles(), inputs, noted);
-    const Status opened = source.ok() ? success() : Status(source.error());
-    MOTE_RETURN_IF_ERROR(resources.ranks ? agree(*resources.ranks, opened) : opened);
+    if (resources.ranks) MOTE_RETURN_IF_ERROR(agree(*resources.ranks, source));
+    if (!source.ok()) return source.error();
     return runNoted(request, **source, inputs, output, resources, noted);
 }
 

@@ -6,33 +6,27 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 #include <string>
 
-#include "preprocess/job.h"
+#include "preprocess/new_dataset.h"
 #include "preprocess/particles/lost_filter.h"
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
+#include "preprocess/particles/range_builder.h"
 #include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
 namespace {
 
-constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
-
-namespace fs = std::filesystem;
-
-/// Inputs as seen from the folder that holds the dataset; nothing else that depends on where or how it was
-/// made.
-proto::JobRequest portableRequest(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
-                                  const fs::path& output) {
-    proto::JobRequest portable = request;
-    portable.clear_output();
-    auto& job = *portable.mutable_particles();
-    job.clear_inputs();
-    for (const auto& input : inputs) job.add_inputs(portableInput(input, output));
-    return portable;
+Result<Range> widenedOf(const Range& found, const PlotAxis& axis) {
+    const auto range = widened(found);
+    if (range.ok()) return range;
+    return Error{range.error().code, fmt::format("axis {}", axis.name()), range.error().message};
 }
+
+constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
 
 Status checkNumber(std::uint32_t value, std::uint32_t least, std::uint32_t greatest, const char* field) {
     if (value >= least && value <= greatest) return success();
@@ -50,6 +44,8 @@ Status checkAxes(const proto::ParticlesJob& job) {
 }
 
 Status checkBounds(const proto::ParticlesJob& job) {
+    if (!job.bounds_of().empty() && job.bounds_of() != "run" && job.bounds_of() != "step")
+        return invalid("boundsOf", "must be run or step");
     std::set<std::string_view> seen;
     for (int i = 0; i < job.bounds_size(); ++i) {
         const auto& bounds = job.bounds(i);
@@ -69,6 +65,88 @@ Status checkBounds(const proto::ParticlesJob& job) {
 
 }  // namespace
 
+Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t leaves,
+                                                    const Range& densities, const Progress& progress) {
+    constexpr std::uint64_t together = std::uint64_t{1} << 20;
+    std::vector<std::uint64_t> bins;
+    for (std::uint64_t leaf = 0; leaf < leaves; leaf += together) {
+        if (progress.cancelled()) return wasCancelled();
+        const auto count = static_cast<std::size_t>(std::min(together, leaves - leaf));
+        std::vector<float> density(count);
+        std::vector<std::uint32_t> points(count);
+        MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafDensity, leaf * sizeof(float),
+                                       std::as_writable_bytes(std::span(density))));
+        MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafPointCount, leaf * sizeof(std::uint32_t),
+                                       std::as_writable_bytes(std::span(points))));
+        addToHistogram(density, points, {densities.min, densities.max}, bins);
+    }
+    return bins;
+}
+
+void noteLeftOut(const proto::ParticlesManifest& particles, bool boundsGiven, std::uint64_t others,
+                 Progress& progress) {
+    std::uint64_t lost = 0;
+    std::uint64_t invalid = 0;
+    std::uint64_t outside = 0;
+    for (const auto& step : particles.steps()) {
+        lost += step.lost();
+        invalid += step.invalid();
+        outside += step.outside();
+    }
+    const auto note = [&](std::uint64_t count, const char* what) {
+        if (count > 0) progress.note(fmt::format("{} particles {}, summed over all steps", count, what));
+    };
+    note(lost, "that the source marks as lost were left out");
+    note(others, "that the source does not mark as lost were left out");
+    note(invalid, "with a coordinate or weight that is not a finite number were left out");
+    note(outside,
+         boundsGiven ? "beyond the given bounds were left out" : "beyond the plot's bounds were left out");
+}
+
+Status PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes, std::size_t steps) {
+    bounds_.resize(steps);
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto given = std::ranges::find(job.bounds(), axes[a].name(), &proto::Axis::name);
+        const bool own = given == job.bounds().end() ? job.bounds_of() == "step" : isOfSteps(*given);
+        if (given != job.bounds().end() && !own) {
+            all_[a] = {given->min(), given->max()};
+        } else {
+            Range found;
+            for (const auto& step : steps_) found = found.united(step.ranges[a]);
+            if (found.empty()) return Error{ErrorCode::notFound, "", ""};
+            MOTE_ASSIGN_OR_RETURN(all_[a], widenedOf(found, axes[a]));
+        }
+        for (std::size_t step = 0; step < steps; ++step) {
+            bounds_[step][a] = all_[a];
+            // A step without a particle has no range.
+            if (!own || steps_[step].ranges[a].empty()) continue;
+            MOTE_ASSIGN_OR_RETURN(bounds_[step][a], widenedOf(steps_[step].ranges[a], axes[a]));
+        }
+        ofSteps_ = ofSteps_ || own;
+    }
+    return success();
+}
+
+std::vector<std::string> PlotBounds::notes(const PlotAxes& axes) const {
+    std::vector<std::string> sentences;
+    for (std::size_t a = 0; a < 3; ++a) {
+        Cut cut;
+        for (const auto& step : steps_) cut.add(step.cuts[a]);
+        const auto& [particles, values] = cut;
+        if (particles == 0 || (all_[a].contains(values.min) && all_[a].contains(values.max))) continue;
+        const Range all = values.united(all_[a]);
+        sentences.push_back(
+            fmt::format("{} {} at {} {} lie by themselves, ten times further from the others' median than "
+                        "all others, and "
+                        "are left out; --bounds {}={}:{} keeps them",
+                        particles, particles == 1 ? "value" : "values", axes[a].name(),
+                        values.min == values.max ? fmt::format("{:.6g}", values.min)
+                                                 : fmt::format("{:.6g} to {:.6g}", values.min, values.max),
+                        axes[a].name(), all.min, all.max));
+    }
+    return sentences;
+}
+
 MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::uint64_t limit, int threads) {
     // Rounded up from measurements of 10^7 and 10^8 particles. Whatever their number: the program, the grid,
     // blocks on their way, the volume; then nodes and leaves, of which there are more the smaller the leaves,
@@ -87,30 +165,30 @@ MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::
     return plan;
 }
 
+void addAxes(const PlotAxes& axes, const std::array<Range, 3>& ranges,
+             google::protobuf::RepeatedPtrField<proto::Axis>& to) {
+    for (std::size_t a = 0; a < 3; ++a) {
+        auto& axis = *to.Add();
+        axis.set_name(axes[a].name());
+        axis.set_unit(axes[a].unit());
+        axis.set_min(ranges[a].min);
+        axis.set_max(ranges[a].max);
+    }
+}
+
 proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, const PlotBounds& bounds,
                              const StepOptions& options) {
-    proto::Manifest manifest;
-    manifest.set_kind("particles");
-    manifest.set_format(storage::formatVersion);
-    manifest.set_writer("mote-prep " MOTE_VERSION);
-    *manifest.mutable_request() = portableRequest(asked.request, asked.inputs, asked.output);
-    manifest.set_title(asked.request.title());
-    if (asked.request.title().empty() && !asked.inputs.empty()) {
-        manifest.set_title(fmt::format("{}: {} {} {}", asked.inputs.front().filename().string(),
-                                       axes[0].name(), axes[1].name(), axes[2].name()));
+    std::string title;
+    if (!asked.inputs.empty()) {
+        title = fmt::format("{}: {} {} {}", asked.inputs.front().filename().string(), axes[0].name(),
+                            axes[1].name(), axes[2].name());
     }
+    auto manifest = beginManifest("particles", asked.request, title);
+    auto& job = *manifest.mutable_request()->mutable_particles();
+    job.clear_inputs();
+    for (const auto& input : asked.inputs) job.add_inputs(portableInput(input, asked.output));
     auto& particles = *manifest.mutable_particles();
-    const auto add = [&](const std::array<Range, 3>& ranges) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            auto& axis = *particles.add_axes();
-            axis.set_name(axes[a].name());
-            axis.set_unit(axes[a].unit());
-            axis.set_min(ranges[a].min);
-            axis.set_max(ranges[a].max);
-        }
-    };
-    add(bounds.all());
-    for (std::size_t step = 0; bounds.ofSteps() && step < bounds.steps(); ++step) add(bounds.of(step));
+    addAxes(axes, bounds.all(), *particles.mutable_axes());
     particles.set_volume_level(options.volumeLevel);
     particles.set_leaf_capacity(options.octree.leafCapacity);
     particles.set_max_level(options.octree.maxLevel);

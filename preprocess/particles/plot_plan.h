@@ -2,20 +2,56 @@
 //
 // What a request for a plot comes to: the memory for each step, and what the manifest says before any step is
 // built. Pure functions, but for the machine's size and the names of the file system.
+//
+// PlotBounds: the bounds of a plot: those of the request, else by the rule of bounds_rule.h, of all its steps
+// together or of each; and what they leave out. Owned by the job, used from its thread.
+//
+// What a particles job knows only when all of its steps are written: histograms of densities on the scale of
+// all steps, and how many particles were left out. Functions without state.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
+#include "preprocess/job.h"
 #include "preprocess/particles/bounds_rule.h"
-#include "preprocess/particles/plot_bounds.h"
 #include "preprocess/particles/step_builder.h"
+#include "preprocess/particles/step_reader.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/particles/step_file.h"
 
 namespace mote::prep {
+
+/// Whether a request's bounds of an axis are those of each step, as requests said before bounds_of.
+inline bool isOfSteps(const proto::Axis& bounds) {
+    return bounds.unit() == "step";
+}
+
+class PlotBounds {
+  public:
+    /// Of the next step.
+    void add(const StepBounds& step) { steps_.push_back(step); }
+    /// Ends the search, with that many steps. Errors: notFound, of what "no step has a particle" says;
+    /// resourceExhausted, with the axis.
+    Status find(const proto::ParticlesJob& job, const PlotAxes& axes, std::size_t steps);
+
+    const std::array<Range, 3>& all() const { return all_; }  ///< of all steps together
+    bool ofSteps() const { return ofSteps_; }                 ///< some axis has each step's own
+    const std::array<Range, 3>& of(std::size_t step) const { return bounds_[step]; }
+
+    /// A sentence for each axis on which particles were left out that nobody asked to leave out.
+    std::vector<std::string> notes(const PlotAxes& axes) const;
+
+  private:
+    std::vector<StepBounds> steps_;
+    std::array<Range, 3> all_;
+    std::vector<std::array<Range, 3>> bounds_;  ///< by step
+    bool ofSteps_ = false;
+};
 
 struct MemoryPlan {
     std::uint64_t needed = 0;     ///< bytes without which the step cannot be built
@@ -33,7 +69,19 @@ struct PlotRequest {
     const std::filesystem::path& output;
 };
 
+/// Adds the three axes with these bounds.
+void addAxes(const PlotAxes& axes, const std::array<Range, 3>& ranges,
+             google::protobuf::RepeatedPtrField<proto::Axis>& to);
 proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, const PlotBounds& bounds,
                              const StepOptions& options);
+
+/// Particles by the scaled log density of their leaf, from the file of a step with so many leaves. Errors:
+/// internal, cancelled.
+Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t leaves,
+                                                    const Range& densities, const Progress& progress);
+
+/// Notes what the steps leave out; `others`: particles that are not lost, of a plot of those that are.
+void noteLeftOut(const proto::ParticlesManifest& particles, bool boundsGiven, std::uint64_t others,
+                 Progress& progress);
 
 }  // namespace mote::prep

@@ -3,17 +3,22 @@
 // A step's octree, points and volume from its particles, on all ranks together: particles are counted in the
 // cells of a grid, sent to the ranks that own their ranges of cells, sorted there range by range, and the
 // octree is put together from the ranges' parts. Called from one thread; uses all threads of its arena.
+//
+// Writes a built step to its file, all ranks together: each collects the points of parts of the file from
+// those that have them, and writes those parts. Called from one thread; uses all threads of its arena.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/octree.h"
 #include "preprocess/particles/record_store.h"
 #include "preprocess/particles/step_reader.h"
+#include "storage/particles/step_file.h"
 
 namespace mote::prep {
 
@@ -48,5 +53,19 @@ struct BuiltStep {
 /// resourceExhausted (memory, disk), cancelled; the same on all ranks.
 Result<BuiltStep> buildStep(StepReader& reader, const std::array<Range, 3>& bounds,
                             const StepOptions& options, const StepResources& resources);
+
+struct StepOutput {
+    std::filesystem::path directory;  ///< of the dataset while it is made
+    std::string name;                 ///< "step-000012"
+    storage::StepAttributes attributes;
+    Communicator* ranks = nullptr;
+    std::function<bool()> cancelled;
+    /// Called by rank 0 when the file is complete, while the others still read it.
+    std::function<Status()> complete;
+};
+
+/// Makes NAME.h5 and NAME.digest; returns where the arrays lie in it. Errors: resourceExhausted (disk full),
+/// permissionDenied, cancelled, internal; the same on all ranks. Parts of the files may be left.
+Result<storage::StepFile::Places> writeBuiltStep(const BuiltStep& step, const StepOutput& output);
 
 }  // namespace mote::prep

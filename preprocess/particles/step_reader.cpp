@@ -185,7 +185,7 @@ Result<StepReader> StepReader::open(ParticleSource& source, std::size_t step, co
 }
 
 Status StepReader::readBlock(std::size_t index, const std::vector<Column>& wanted, ParticleChunk& chunk) {
-    if (progress_->cancelled()) return cancelledError();
+    if (progress_->cancelled()) return wasCancelled();
     const std::uint64_t begin = (first_ + index) * blockRows;
     const auto count = static_cast<std::size_t>(std::min(blockRows, rows_ - begin));
     MOTE_RETURN_IF_ERROR(source_->read(step_, begin, count, wanted, chunk));

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/step_statistics.h"
 
+#include <oneapi/tbb/concurrent_queue.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -10,7 +13,7 @@
 #include <numeric>
 #include <span>
 
-#include "preprocess/particles/row_reader.h"
+#include "protocol/scene/mote_check.h"
 #include "storage/beam/beam_statistics.h"
 #include "storage/beam/neutral_species.h"
 
@@ -81,7 +84,7 @@ class Statistics {
             tbb::parallel_for(std::size_t{0}, kept_.size(), [&](std::size_t i) {
                 if (!request_.progress->cancelled()) use(rowsOf(kept_[i]), kept_[i]);
             });
-            return request_.progress->cancelled() ? Status(cancelledError()) : success();
+            return request_.progress->cancelled() ? Status(wasCancelled()) : success();
         }
         tbb::enumerable_thread_specific<Live> scratch;
         const auto take = [&](const ParticleChunk& chunk) {
@@ -187,6 +190,42 @@ class Statistics {
 };
 
 }  // namespace
+
+Status forEachChunk(ParticleSource& source, std::size_t step, std::uint64_t begin, std::uint64_t end,
+                    const std::vector<Column>& wanted, const Progress& progress,
+                    const std::function<void(const ParticleChunk&)>& use) {
+    std::vector<ParticleChunk> chunks(2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+    tbb::concurrent_bounded_queue<ParticleChunk*> free;
+    for (auto& chunk : chunks) free.push(&chunk);
+    Status status = success();
+    std::uint64_t next = begin;
+    const auto read = [&](tbb::flow_control& control) -> ParticleChunk* {
+        if (next < end && status.ok() && progress.cancelled()) status = wasCancelled();
+        if (next >= end || !status.ok()) {
+            control.stop();
+            return nullptr;
+        }
+        ParticleChunk* chunk = nullptr;
+        free.pop(chunk);
+        const auto count = static_cast<std::size_t>(std::min(rowsOfChunk, end - next));
+        status = source.read(step, next, count, wanted, *chunk);
+        next += count;
+        if (status.ok()) {
+            MOTE_CHECK(chunk->size == count);
+            return chunk;
+        }
+        control.stop();
+        return nullptr;
+    };
+    const auto work = [&](ParticleChunk* chunk) {
+        use(*chunk);
+        free.push(chunk);
+    };
+    tbb::parallel_pipeline(chunks.size(),
+                           tbb::make_filter<void, ParticleChunk*>(tbb::filter_mode::serial_in_order, read) &
+                               tbb::make_filter<ParticleChunk*, void>(tbb::filter_mode::parallel, work));
+    return status;
+}
 
 Result<std::vector<double>> stepStatistics(const StatisticsRequest& request) {
     auto known = request.source->statistics(request.step);

@@ -3,6 +3,9 @@
 // The statistics of whole steps, from the source's own values, block by block, each rank some of the blocks.
 // What was read is kept for the further passes where the memory holds it. Called from one thread; uses all
 // threads of its arena. The same bits for any ranks, threads and memory.
+//
+// RowReader: reads any columns of a range of a step's rows, chunk by chunk: one thread reads while others
+// work on what was read. A function without state.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +16,17 @@
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/lost_filter.h"
 #include "preprocess/readers/particle_source.h"
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+inline constexpr std::uint64_t rowsOfChunk = std::uint64_t{1} << 17;
+
+/// Calls `use` for each chunk of rows [begin, end), in any order, from all threads of the calling arena;
+/// `begin` is a multiple of rowsOfChunk. Errors: the source's own, cancelled.
+Status forEachChunk(ParticleSource& source, std::size_t step, std::uint64_t begin, std::uint64_t end,
+                    const std::vector<Column>& wanted, const Progress& progress,
+                    const std::function<void(const ParticleChunk&)>& use);
 
 struct StatisticsRequest {
     ParticleSource* source = nullptr;  ///< as it is, not through a filter

@@ -16,7 +16,7 @@ Status addSpecies(const std::filesystem::path& path, Progress& progress, std::ve
     if (!root.empty()) MOTE_RETURN_IF_ERROR(file.enter(root));
     MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
     for (const OpenpmdIteration& iteration : layout.iterations) {
-        if (progress.cancelled()) return cancelledError();
+        if (progress.cancelled()) return wasCancelled();
         const auto found = listSpecies(file, layout, iteration);
         if (!found.ok()) continue;  // who reads it says so
         for (const OpenpmdSpeciesPath& species : *found) {

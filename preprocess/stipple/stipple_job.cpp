@@ -11,11 +11,10 @@
 #include <numeric>
 
 #include "preprocess/job.h"
+#include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/stipple/periodic_triangulation.h"
 #include "preprocess/synth/philox.h"
-#include "storage/dataset_writer.h"
-#include "storage/manifest.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::prep {
@@ -87,7 +86,7 @@ Result<std::vector<glm::dvec2>> evenPoints(std::uint32_t points, std::uint64_t s
                                            Progress& progress) {
     auto even = stratifiedPoints(points, seed);
     for (int i = 0; i < relaxations; ++i) {
-        if (progress.cancelled()) return cancelledError();
+        if (progress.cancelled()) return wasCancelled();
         progress.report(share * i / relaxations, "spreading points");
         even = relaxOnce(even, i + 1 < relaxations ? startRelaxation : 1.0);
     }
@@ -128,16 +127,11 @@ Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPo
 
 proto::Manifest describeHierarchy(const proto::JobRequest& request,
                                   const storage::StippleHierarchy& hierarchy,
-                                  proto::StippleManifest::Domain domain, double area) {
+                                  proto::StippleManifest::Domain domain, double area,
+                                  const std::string& title) {
     const auto options = thinningOptions(request.stipple());
-    proto::Manifest manifest;
-    manifest.set_kind("stipple");
-    manifest.set_format(storage::formatVersion);
-    manifest.set_writer("mote-prep " MOTE_VERSION);
-    *manifest.mutable_request() = request;
-    manifest.mutable_request()->clear_output();
+    auto manifest = beginManifest("stipple", request, title);
     manifest.mutable_request()->mutable_stipple()->clear_mesh();
-    manifest.set_title(request.title());
     auto& stipple = *manifest.mutable_stipple();
     stipple.set_domain(domain);
     stipple.set_points(hierarchy.size());
@@ -159,14 +153,9 @@ Result<proto::Manifest> runPlaneJob(const proto::JobRequest& request, const fs::
     MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
     MOTE_ASSIGN_OR_RETURN(const auto hierarchy, buildPlaneOn(resources.threads, job, progress));
     MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer.directory(), hierarchy));
-    for (const auto* file : {"hierarchy.h5", "hierarchy.digest"}) {
-        MOTE_RETURN_IF_ERROR(writer.add(file, [&] { return progress.cancelled(); }));
-    }
-    auto manifest = describeHierarchy(request, hierarchy, proto::StippleManifest::PLANE, 1.0);
-    if (manifest.title().empty()) manifest.set_title(fmt::format("plane of {} points", hierarchy.size()));
-    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
-    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
-    return manifest;
+    auto manifest = describeHierarchy(request, hierarchy, proto::StippleManifest::PLANE, 1.0,
+                                      fmt::format("plane of {} points", hierarchy.size()));
+    return finishDataset(writer, {"hierarchy"}, std::move(manifest), progress);
 }
 
 }  // namespace mote::prep

@@ -45,7 +45,8 @@ Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPo
 /// The manifest of what `request` made, but for its files; without a mesh in the request.
 proto::Manifest describeHierarchy(const proto::JobRequest& request,
                                   const storage::StippleHierarchy& hierarchy,
-                                  proto::StippleManifest::Domain domain, double area);
+                                  proto::StippleManifest::Domain domain, double area,
+                                  const std::string& title);
 
 /// A hierarchy on the periodic unit square: makes `output`, which appears by one rename. Returns its
 /// manifest. Errors: invalidArgument, alreadyExists, permissionDenied, resourceExhausted (memory, disk),

@@ -60,7 +60,7 @@ class Thinning {
         const auto all = static_cast<std::uint32_t>(hierarchy_.size());
         for (std::uint32_t removal = 0; removal < all; ++removal) {
             if (removal % 256 == 0) {
-                if (progress.cancelled()) return cancelledError();
+                if (progress.cancelled()) return wasCancelled();
                 progress.report(begin + (1.0 - begin) * removal / all, "thinning out");
             }
             const auto point = queue_.smallest();

@@ -261,7 +261,7 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, P
     if (options.origin_size() != 0 && options.origin_size() != 3) {
         return invalid("origin", "needs three numbers");
     }
-    if (progress.cancelled()) return cancelledError();
+    if (progress.cancelled()) return wasCancelled();
     MOTE_ASSIGN_OR_RETURN(const auto format,
                           step.look ? Result(std::string_view("dicom")) : formatOf(options, step.input));
     if (!options.series().empty() && format != "dicom") {

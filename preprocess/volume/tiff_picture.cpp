@@ -93,7 +93,7 @@ class TiffPicture : public PictureFile {
             const bool thumbnail = (kind & FILETYPE_REDUCEDIMAGE) != 0;
             if (!thumbnail) offsets_.push_back(TIFFCurrentDirOffset(file_.get()));
             reduced += thumbnail ? 1 : 0;
-            if (offsets_.size() % pagesPerQuestion == 0 && cancelled()) return cancelledError();
+            if (offsets_.size() % pagesPerQuestion == 0 && cancelled()) return wasCancelled();
         } while (offsets_.size() <= VolumeShape::maxDimension && reduced <= VolumeShape::maxDimension &&
                  TIFFReadDirectory(file_.get()) != 0);
         if (offsets_.empty()) return corrupt(name_, "has no picture but reduced ones");

@@ -38,7 +38,7 @@ class Parser {
         MOTE_RETURN_IF_ERROR(file_.seek(0));
         std::vector<char> chunk(chunkBytes);
         for (bool last = false; !last && !done_;) {
-            if (progress.cancelled()) return cancelledError();
+            if (progress.cancelled()) return wasCancelled();
             MOTE_ASSIGN_OR_RETURN(const auto got, file_.read(chunk));
             last = got < chunk.size();
             MOTE_RETURN_IF_ERROR(feed(std::span(chunk).first(got), last));

@@ -14,10 +14,10 @@
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/spatial_order.h"
+#include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
 #include "preprocess/synth/philox.h"
-#include "storage/dataset_writer.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
@@ -56,25 +56,14 @@ Result<storage::StippleHierarchy> buildOn(int threads, const WalkMesh& mesh, con
     return onThreads(threads, [&] { return build(mesh, job, progress); });
 }
 
-Status writeFiles(storage::DatasetWriter& writer, const storage::SurfaceMesh& mesh,
-                  const storage::StippleHierarchy& hierarchy, Progress& progress) {
-    MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
-    MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer.directory(), hierarchy));
-    for (const auto* file : {"mesh.h5", "mesh.digest", "hierarchy.h5", "hierarchy.digest"}) {
-        MOTE_RETURN_IF_ERROR(writer.add(file, [&] { return progress.cancelled(); }));
-    }
-    return success();
-}
-
 proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
                          const storage::SurfaceMesh& mesh, const storage::StippleHierarchy& hierarchy) {
     const auto described = storage::describeMesh(mesh);
-    auto manifest = describeHierarchy(request, hierarchy, proto::StippleManifest::SURFACE, described.area());
+    auto manifest =
+        describeHierarchy(request, hierarchy, proto::StippleManifest::SURFACE, described.area(),
+                          fmt::format("{}: {} points", input.filename().string(), hierarchy.size()));
     manifest.mutable_request()->mutable_stipple()->set_mesh(portableInput(input, output));
     *manifest.mutable_mesh() = described;
-    if (manifest.title().empty()) {
-        manifest.set_title(fmt::format("{}: {} points", input.filename().string(), hierarchy.size()));
-    }
     return manifest;
 }
 
@@ -151,7 +140,7 @@ Result<PointSet> evenSurfacePoints(const WalkMesh& mesh, std::uint32_t points, s
                                    double share, Progress& progress) {
     auto set = scatterPoints(mesh, points, seed);
     for (int step = 0; step < steps; ++step) {
-        if (progress.cancelled()) return cancelledError();
+        if (progress.cancelled()) return wasCancelled();
         progress.report(share * step / steps, "spreading the points");
         if (relaxOnce(mesh, set, startRelaxation) < settled) break;
     }
@@ -173,12 +162,10 @@ Result<proto::Manifest> runSurfaceJob(const proto::JobRequest& request, const fs
     const auto mesh = makeSurfaceMesh(read.mesh);
     const WalkMesh walk(mesh, findNeighbours(read.mesh.triangles));
     MOTE_ASSIGN_OR_RETURN(const auto hierarchy, buildOn(resources.threads, walk, job, progress));
-    MOTE_RETURN_IF_ERROR(writeFiles(writer, mesh, hierarchy, progress));
-    auto manifest = describe(request, input, output, mesh, hierarchy);
-    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
-    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
-    progress.report(1.0, "done");
-    return manifest;
+    MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
+    MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer.directory(), hierarchy));
+    return finishDataset(writer, {"mesh", "hierarchy"}, describe(request, input, output, mesh, hierarchy),
+                         progress);
 }
 
 }  // namespace mote::prep

@@ -126,7 +126,7 @@ class Thinning {
     Status run(double begin, Progress& progress) {
         const auto all = set_.points.size();
         while (!queue_.empty()) {
-            if (progress.cancelled()) return cancelledError();
+            if (progress.cancelled()) return wasCancelled();
             const double done = 1.0 - static_cast<double>(queue_.size()) / static_cast<double>(all);
             progress.report(begin + (1.0 - begin) * done, "thinning out");
             removeSome();
