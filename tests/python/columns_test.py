@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers of beams far from the origin, with lost particles before them: step, selections, exports and replots, held to numpy."""
-import pathlib
-import tempfile
 import unittest
 import warnings
 
 import numpy as np
 
-from support import Case, mote, needs_server, prepare, spawn  # isort: skip
+from support import FolderCase, mote, needs_server, prepare, spawn  # isort: skip
 
 try:
     import h5py
@@ -31,12 +29,7 @@ def far_beam(random, ratio, lost, bunches=1):
     return rows
 
 
-class Prepared(Case):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Prepared(FolderCase):
     def make(self, name, rows, *options):
         np.savez(self.folder / f"{name}.npz", **rows)
         prepare("particles", self.folder / f"{name}.npz", "--axes", "x,px,y", *options, "--out", self.folder / f"{name}.mote")

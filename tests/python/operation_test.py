@@ -4,15 +4,13 @@ import collections
 import http.client
 import json
 import math
-import pathlib
 import re
 import signal
 import socket
 import subprocess
-import tempfile
 import unittest
 
-from support import BIN, Case, make_beam, mote, needs_server
+from support import BIN, FolderCase, make_beam, mote, needs_server
 
 NAME = re.compile(r"[a-zA-Z_:][a-zA-Z0-9_:]*")
 SAMPLE = re.compile(rf'({NAME.pattern})(?:\{{((?:{NAME.pattern}="(?:[^"\\\n]|\\["\\n])*",?)*)\}})? (\S+)')
@@ -66,11 +64,9 @@ class UnixConnection(http.client.HTTPConnection):
 
 
 @needs_server
-class Operation(Case):
+class Operation(FolderCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        super().setUp()
         (self.folder / "data").mkdir()
         make_beam(self.folder / "data", particles=1000, steps=1)
         self.configure()

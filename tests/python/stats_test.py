@@ -4,17 +4,15 @@ what it says of wrong input and of servers that lie."""
 import csv
 import json
 import os
-import pathlib
 import signal
 import subprocess
-import tempfile
 import threading
 import time
 import unittest
 
 import numpy as np
 
-from support import BIN, Case, make_beam, needs_server, spawn  # isort: skip
+from support import BIN, BeamCase, FolderCase, needs_server  # isort: skip
 from fake_run import COLUMNS, FakeRun
 from fake_server import FakeServer
 from mote import messages
@@ -28,9 +26,9 @@ def run(*words, **options):
 
 
 @unittest.skipUnless(PROGRAM.exists(), f"there is no {PROGRAM}")
-class WithRun(Case):
+class WithRun(FolderCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        super().setUp()
         self.fake = FakeRun(steps=4, particles=300)
         self.server = self.serve(self.fake.answer)
 
@@ -321,18 +319,8 @@ class Interrupted(WithRun):
 
 
 @needs_server
-class RealServer(Case):
+class RealServer(BeamCase):
     """The server's answers, by the program, held to numpy on the columns that the package gets."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(cls.folder.cleanup)
-        cls.plots = pathlib.Path(cls.folder.name)
-        make_beam(cls.plots)
-        cls.session = spawn(cls.plots)
-        cls.addClassCleanup(cls.session.close)
-        cls.ds = cls.session["data/beam"]
 
     def told(self, *words):
         done = run("data/beam", "--spawn", f"data={self.plots}", "--json", *words)

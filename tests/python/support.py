@@ -5,6 +5,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -46,3 +47,28 @@ class Case(unittest.TestCase):
             self.assertEqual(error.where, where, str(error))
         self.assertIn(words, str(error))
         self.assertNotIn("\n", str(error), "an error is one sentence")
+
+
+class FolderCase(Case):
+    """With a folder of each test's own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+
+class BeamCase(Case):
+    """With a server of the class's own, whose data beneath ``plots`` are a beam: ``ds``."""
+
+    particles, steps = 3000, 3
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.plots = pathlib.Path(folder.name)
+        make_beam(cls.plots, cls.particles, cls.steps)
+        cls.session = spawn(cls.plots)
+        cls.addClassCleanup(cls.session.close)
+        cls.ds = cls.session["data/beam"]

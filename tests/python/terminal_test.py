@@ -3,13 +3,11 @@
 import contextlib
 import json
 import os
-import pathlib
 import re
 import subprocess
-import tempfile
 import unittest
 
-from support import BIN, Case, mote  # isort: skip
+from support import BIN, FolderCase, mote  # isort: skip
 from fake_server import FakeServer  # isort: skip
 
 # The clipboard set by OSC 52, the same in C1, a window's title, a line that is wiped, a carriage return.
@@ -37,12 +35,7 @@ def screen():
         process.stdout.close()
 
 
-class Terminal(Case):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Terminal(FolderCase):
     def said(self, *words, **environment):
         """What a program writes when the server that it asks means harm."""
         if not (BIN / words[0]).exists():

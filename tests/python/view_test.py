@@ -12,7 +12,7 @@ from support import Case, mote  # isort: skip
 from fake_run import FakeRun
 from fake_server import FakeServer
 from mote import messages
-from pixels_test import filter_halves, filter_srgb, pack
+from wire_test import filter_halves, filter_srgb, pack
 
 
 def picture(view):
