@@ -21,7 +21,7 @@ constexpr std::uint32_t none = UINT32_MAX;
 constexpr int steps = 3;
 
 /// The corners of a cell: bit 0 of a corner's number is its x, bit 1 its y, bit 2 its z.
-using Corners = std::array<float, 8>;
+using CellCorners = std::array<float, 8>;
 
 glm::dvec3 placeOf(unsigned corner) {
     return {corner & 1U, corner >> 1U & 1U, corner >> 2U & 1U};
@@ -29,7 +29,7 @@ glm::dvec3 placeOf(unsigned corner) {
 
 /// The trilinear interpolation of a cell's corners, less the surface's value.
 struct CellField {
-    Corners corners;
+    CellCorners corners;
     double value;
 
     double at(const glm::dvec3& place) const {
@@ -158,14 +158,14 @@ class SurfaceNet {
         mesh_.positions.emplace_back(world - mesh_.origin);
         return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
     }
-    Corners cornersOf(std::uint32_t x, std::uint32_t y) const {
-        Corners corners;
+    CellCorners cornersOf(std::uint32_t x, std::uint32_t y) const {
+        CellCorners corners;
         for (unsigned i = 0; i < 8; ++i)
             corners[i] = slices_[i >> 2U & 1U][sample(x + (i & 1U), y + (i >> 1U & 1U))];
         return corners;
     }
     /// Where a crossed cell has its vertex: the middle of its edges' crossings, then along the gradient.
-    glm::dvec3 placeIn(const Corners& corners) const {
+    glm::dvec3 placeIn(const CellCorners& corners) const {
         glm::dvec3 sum(0.0);
         int count = 0;
         for (unsigned from = 0; from < 8; ++from) {

@@ -8,7 +8,7 @@
 #include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
-#include "preprocess/mesh/weld_mesh.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "preprocess/new_dataset.h"
 #include "storage/mesh/mesh_file.h"
 

@@ -7,7 +7,7 @@
 
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/mesh_text.h"
-#include "preprocess/mesh/weld_mesh.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "preprocess/readers/text/byte_source.h"
 #include "protocol/scene/utf8.h"
 

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TriangleMesh: triangles over shared vertices, as a reader leaves them and as welding (weld_mesh.h) makes
-// them fit for use. Values; any thread.
+// TriangleMesh: triangles over shared vertices, as a reader leaves them and as welding makes them fit for
+// use. Values; any thread.
+//
+// Welding: from what a reader leaves to triangles that can be walked over: vertices at one place become one,
+// and what has no area, is not finite, or is there twice goes. Pure; the order of what stays is the file's.
+//
+// orderInSpace: a mesh whose triangles are near in memory where they are near in space, whatever the order of
+// its file. A pure function; any thread.
 #pragma once
 
 #include <array>
@@ -10,6 +16,8 @@
 #include <span>
 #include <string>
 #include <vector>
+
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
 
@@ -64,5 +72,13 @@ struct MeshCounts {
 /// seconds together are counted as tangled. Fewer than three corners are counted, and add nothing. All
 /// indices are below the number of positions.
 void addPolygon(ExactMesh& mesh, std::span<const std::uint32_t> corners);
+
+/// Adds to `counts` what it put right. A triangle has no area where two of its corners are one, or its height
+/// is below 1e-7 of its longest edge, the resolution of its coordinates.
+TriangleMesh weldMesh(TriangleMesh mesh, MeshCounts& counts);
+
+/// Sorts the triangles by the Morton keys of their middles in the box of the mesh, of equals by their place
+/// in the file. Each keeps its part. Vertices stay.
+void orderInSpace(TriangleMesh& mesh);
 
 }  // namespace mote::prep

@@ -17,10 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t mostFiles = VolumeShape::maxDimension;
+constexpr std::size_t mostDataFiles = VolumeShape::maxDimension;
 
 Error tooMany(const std::string& where) {
-    return {ErrorCode::corrupt, where, fmt::format("names more than {} data files", mostFiles)};
+    return {ErrorCode::corrupt, where, fmt::format("names more than {} data files", mostDataFiles)};
 }
 
 /// "slice%03d.raw" and 7: "slice007.raw". "" where it has no place for a number.
@@ -48,7 +48,7 @@ Result<std::vector<std::string>> numberedNames(const std::array<std::string_view
                        fmt::format("\"{:.40} ...\" is no pattern of data files and their numbers", words[0]));
     }
     const std::uint64_t steps = (down ? *first - *last : *last - *first) / *step;
-    if (steps >= mostFiles) return tooMany(where);
+    if (steps >= mostDataFiles) return tooMany(where);
     std::vector<std::string> names;
     for (std::uint64_t i = 0; i <= steps; ++i) {
         names.push_back(numbered(words[0], down ? *first - i * *step : *first + i * *step));
@@ -63,7 +63,7 @@ Result<std::vector<std::string>> listedNames(std::string_view list, const std::s
         const std::string_view name = trim(list.substr(0, end));
         if (!name.empty()) names.emplace_back(name);
         list.remove_prefix(std::min(end + 1, list.size()));
-        if (names.size() > mostFiles) return tooMany(where);
+        if (names.size() > mostDataFiles) return tooMany(where);
     }
     if (names.empty()) return corrupt(where, "lists no data file");
     return names;

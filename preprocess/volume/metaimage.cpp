@@ -1,22 +1,51 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/metaimage.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/header_fields.h"
 #include "preprocess/volume/stream_volume.h"
+#include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
+#include "preprocess/volume/volume_source.h"
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
 namespace {
 
+// MetaImage volumes (itk.org/Wiki/ITK/MetaIO/Documentation): .mha, or .mhd with data beside it, zlib or not,
+// or text. MetaImageHeader: what the text at the beginning says, checked. Parsed from bytes that nobody
+// vouches for. Called from one thread.
+
+struct MetaImageHeader {
+    VolumeShape shape;
+    VolumeParts parts;     ///< how many there are; the first one is chosen
+    SampleFormat samples;  ///< f64 where the values are written as text
+    bool text = false, compressed = false;
+    std::vector<std::string> dataFiles;  ///< as they stand there; none: the data follow the header
+    /// Bytes before the numbers in a data file; none: they end with the file.
+    std::optional<std::uint64_t> headerSize = 0;
+    std::size_t bytes = 0;  ///< of the header
+
+    /// How many bytes of a file's beginning parse() may need.
+    static constexpr std::size_t maxBytes = 1u << 20;
+
+    /// `text` is the beginning of the file. Errors, at the file's name and the field: corrupt, unsupported.
+    static Result<MetaImageHeader> parse(std::string_view text, const std::string& file);
+};
+
 /// MET_LONG is four bytes in files, whatever the machine (metaTypes.h).
-constexpr std::array<ScalarTypeName, 12> typeNames{{
+constexpr std::array<ScalarTypeName, 12> metaTypes{{
     {"MET_LONG_LONG", ScalarType::i64},
     {"MET_ULONG_LONG", ScalarType::u64},
     {"MET_CHAR", ScalarType::i8},
@@ -134,7 +163,7 @@ class MetaReader {
     }
 
     Status readType() {
-        MOTE_ASSIGN_OR_RETURN(const auto type, fields_.type("ElementType", typeNames));
+        MOTE_ASSIGN_OR_RETURN(const auto type, fields_.type("ElementType", metaTypes));
         MOTE_ASSIGN_OR_RETURN(const auto channels, fields_.wholeNumber("ElementNumberOfChannels", 1));
         if (channels < 1) return fields_.corrupt("ElementNumberOfChannels", "says no values");
         header_.parts.components = channels;
@@ -182,13 +211,6 @@ Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const MetaImageHeader& header
     return numberStream(std::move(unwrapped).value());
 }
 
-}  // namespace
-
-bool MetaImageHeader::begins(std::string_view bytes) {
-    const std::string_view first = trim(bytes.substr(0, std::min(bytes.find('='), bytes.size())));
-    return first == "ObjectType" || first == "NDims" || first == "Comment";
-}
-
 Result<MetaImageHeader> MetaImageHeader::parse(std::string_view text, const std::string& file) {
     HeaderFields fields(file);
     MOTE_ASSIGN_OR_RETURN(const auto bytes, readMetaFields(text, fields));
@@ -202,6 +224,13 @@ Result<MetaImageHeader> MetaImageHeader::parse(std::string_view text, const std:
         header.dataFiles = std::move(names);
     }
     return header;
+}
+
+}  // namespace
+
+bool beginsAsMetaImage(std::string_view bytes) {
+    const std::string_view first = trim(bytes.substr(0, std::min(bytes.find('='), bytes.size())));
+    return first == "ObjectType" || first == "NDims" || first == "Comment";
 }
 
 Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path& path,
@@ -218,6 +247,10 @@ Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path&
         }));
     return StreamVolume::make("metaimage", std::move(header.shape), header.samples, std::move(data),
                               header.text ? StreamVolume::Ending::exact : StreamVolume::Ending::end, parts);
+}
+
+Result<VolumeParts> partsOfMetaImage(const std::filesystem::path& path) {
+    return partsOfHeader<MetaImageHeader>(path);
 }
 
 }  // namespace mote::prep

@@ -1,21 +1,43 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/mrc.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <glm/trigonometric.hpp>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/stream_volume.h"
+#include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
+#include "preprocess/volume/volume_source.h"
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
 namespace {
+
+// MRC2014 and CCP4 maps (ccpem.ac.uk/mrc_format). MrcHeader: what the first 1024 bytes say, checked. Parsed
+// from bytes that nobody vouches for. Called from one thread.
+
+struct MrcHeader {
+    VolumeShape shape;
+    VolumeParts parts;  ///< how many there are; the first one is chosen
+    SampleFormat samples;
+    std::uint64_t offset = 0;  ///< bytes before the numbers
+
+    /// How many bytes of a file's beginning parse() needs.
+    static constexpr std::size_t bytes = 1024;
+
+    /// Errors, at the file's name and the field: corrupt, unsupported.
+    static Result<MrcHeader> parse(std::string_view bytes, const std::string& file);
+};
 
 // Where fields lie, in bytes: ccpem.ac.uk/mrc_format/mrc2014.php.
 constexpr std::size_t sizeAt = 0, modeAt = 12, startAt = 16, gridAt = 28, cellAt = 40, anglesAt = 52,
@@ -204,19 +226,19 @@ class MrcReader {
     std::array<std::int64_t, 3> grid_{};
 };
 
-}  // namespace
-
-bool MrcHeader::begins(std::string_view bytes) {
-    return bytes.size() >= MrcHeader::bytes && bytes.substr(mapAt, 3) == "MAP" &&
-           (bytes[mapAt + 3] == ' ' || bytes[mapAt + 3] == '\0');
-}
-
 Result<MrcHeader> MrcHeader::parse(std::string_view bytes, const std::string& file) {
     if (bytes.size() < MrcHeader::bytes)
         return Error{ErrorCode::corrupt, file, "is shorter than the head of a map"};
     MrcHeader header;
     MOTE_RETURN_IF_ERROR(MrcReader(bytes, file, header).read());
     return header;
+}
+
+}  // namespace
+
+bool beginsAsMrc(std::string_view bytes) {
+    return bytes.size() >= MrcHeader::bytes && bytes.substr(mapAt, 3) == "MAP" &&
+           (bytes[mapAt + 3] == ' ' || bytes[mapAt + 3] == '\0');
 }
 
 Result<std::unique_ptr<VolumeSource>> openMrc(const std::filesystem::path& path, const std::string& field) {
@@ -227,6 +249,10 @@ Result<std::unique_ptr<VolumeSource>> openMrc(const std::filesystem::path& path,
     MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file), header.offset));
     return StreamVolume::make("mrc", std::move(header.shape), header.samples, std::move(data),
                               StreamVolume::Ending::end, parts);
+}
+
+Result<VolumeParts> partsOfMrc(const std::filesystem::path& path) {
+    return partsOfHeader<MrcHeader>(path);
 }
 
 }  // namespace mote::prep

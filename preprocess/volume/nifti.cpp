@@ -1,18 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/nifti.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
+#include <string>
+#include <string_view>
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/stream_volume.h"
+#include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
+#include "preprocess/volume/volume_source.h"
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
 namespace {
+
+// NIfTI-1 and NIfTI-2 volumes (nifti.nimh.nih.gov): .nii, or .hdr with the numbers in the .img file beside
+// it. NiftiHeader: what the first 348 or 540 bytes say, checked. Parsed from bytes that nobody vouches for.
+// Called from one thread.
+
+struct NiftiHeader {
+    VolumeShape shape;
+    VolumeParts parts;  ///< how many there are; the first one is chosen
+    SampleFormat samples;
+    bool beside = false;                     ///< the numbers lie in the .img file beside the .hdr
+    std::uint64_t offset = 0;                ///< bytes before the numbers, in the file that has them
+    double timeStep = 0.0, firstTime = 0.0;  ///< s, of the volumes of a series; 0: not known
+
+    /// How many bytes of a file's beginning parse() needs.
+    static constexpr std::size_t maxBytes = 540;
+
+    /// `bytes` is the beginning of a file that begins() holds for. Errors, at the file's name and the field:
+    /// corrupt, unsupported.
+    static Result<NiftiHeader> parse(std::string_view bytes, const std::string& file);
+};
 
 constexpr std::size_t firstBytes = 348, secondBytes = 540;  // of the header of either version
 constexpr std::size_t firstMagicAt = 344, secondMagicAt = 4;
@@ -264,9 +290,21 @@ Result<ByteStreamPtr> imageBeside(const fs::path& header) {
     return notFound(header.filename().string(), "has no .img file beside it");
 }
 
+Result<NiftiHeader> NiftiHeader::parse(std::string_view bytes, const std::string& file) {
+    if (!beginsAsNifti(bytes)) return Error{ErrorCode::corrupt, file, "does not begin as a NIfTI file"};
+    const NiftiFields fields = readNiftiFields(bytes);
+    NiftiHeader header;
+    MOTE_RETURN_IF_ERROR(NiftiReader(fields, file, header).read());
+    // Where the offset says less than the header and its extension flag, there is no extension.
+    const bool first = hasSize(bytes, firstBytes, fields.bigEndian);
+    if (!header.beside)
+        header.offset = std::max<std::uint64_t>(header.offset, (first ? firstBytes : secondBytes) + 4);
+    return header;
+}
+
 }  // namespace
 
-bool NiftiHeader::begins(std::string_view bytes) {
+bool beginsAsNifti(std::string_view bytes) {
     for (const bool big : {false, true}) {
         if (hasSize(bytes, firstBytes, big)) {
             const auto magic = bytes.substr(firstMagicAt, 3);
@@ -278,18 +316,6 @@ bool NiftiHeader::begins(std::string_view bytes) {
         }
     }
     return false;
-}
-
-Result<NiftiHeader> NiftiHeader::parse(std::string_view bytes, const std::string& file) {
-    if (!begins(bytes)) return Error{ErrorCode::corrupt, file, "does not begin as a NIfTI file"};
-    const NiftiFields fields = readNiftiFields(bytes);
-    NiftiHeader header;
-    MOTE_RETURN_IF_ERROR(NiftiReader(fields, file, header).read());
-    // Where the offset says less than the header and its extension flag, there is no extension.
-    const bool first = hasSize(bytes, firstBytes, fields.bigEndian);
-    if (!header.beside)
-        header.offset = std::max<std::uint64_t>(header.offset, (first ? firstBytes : secondBytes) + 4);
-    return header;
 }
 
 Result<std::unique_ptr<VolumeSource>> openNifti(const fs::path& path, const std::string& field) {
@@ -306,6 +332,10 @@ Result<std::unique_ptr<VolumeSource>> openNifti(const fs::path& path, const std:
     MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file).value(), header.offset));
     return StreamVolume::make("nifti", std::move(header.shape), header.samples, std::move(data),
                               StreamVolume::Ending::end, parts);
+}
+
+Result<VolumeParts> partsOfNifti(const std::filesystem::path& path) {
+    return partsOfHeader<NiftiHeader>(path);
 }
 
 }  // namespace mote::prep

@@ -1,22 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/npy_volume.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <filesystem>
+#include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "preprocess/readers/npy/npy_array.h"
 #include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/volume/archive_stream.h"
 #include "preprocess/volume/stream_volume.h"
-#include "preprocess/volume/volume_parts.h"
+#include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
+#include "preprocess/volume/volume_source.h"
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
 namespace {
+
+// NumPy arrays as volumes: .npy, or an array of a .npz archive. Called from one thread.
 
 constexpr std::uint64_t mostHeld = 1u << 30;  // bytes of an array in Fortran's order
 constexpr std::size_t mostArraysListed = 20;

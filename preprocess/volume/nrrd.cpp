@@ -1,24 +1,271 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/nrrd.h"
-
+#include <bzlib.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "preprocess/readers/text/number.h"
+#include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/header_fields.h"
-#include "preprocess/volume/nrrd_words.h"
-#include "preprocess/volume/packed_stream.h"
 #include "preprocess/volume/stream_volume.h"
-#include "preprocess/volume/world_space.h"
+#include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
+#include "preprocess/volume/volume_source.h"
+#include "protocol/scene/error.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
+
+// NRRD volumes, versions 1 to 5 (teem.sourceforge.net/nrrd/format.html): raw, gzip, bzip2, hex and text
+// encoding, data in the same file or beside it. NrrdHeader: what the text at the beginning says, checked.
+// Parsed from bytes that nobody vouches for. Called from one thread.
+
+struct NrrdHeader {
+    enum class Encoding : std::uint8_t { raw, text, hex, gzip, bzip2 };
+
+    VolumeShape shape;
+    VolumeParts parts;  ///< how many there are; the first one is chosen
+    bool bigEndian = false;
+    Encoding encoding = Encoding::raw;
+    std::vector<std::string> dataFiles;  ///< as they stand there; none: the data follow the header
+    std::uint64_t lineSkip = 0;          ///< lines before the data, compressed or not
+    /// Bytes before the numbers, after decompression; none: they end with the file.
+    std::optional<std::uint64_t> byteSkip = 0;
+    std::size_t bytes = 0;  ///< of the header with the empty line behind it
+
+    /// How many bytes of a file's beginning parse() may need.
+    static constexpr std::size_t maxBytes = 1u << 20;
+
+    /// `text` is the beginning of the file. Errors, at the file's name and the field: corrupt, unsupported.
+    static Result<NrrdHeader> parse(std::string_view text, const std::string& file);
+};
+
+constexpr std::array<ScalarTypeName, 42> nrrdTypes{{
+    {"longlong", ScalarType::i64},
+    {"long long", ScalarType::i64},
+    {"long long int", ScalarType::i64},
+    {"signed long long", ScalarType::i64},
+    {"signed long long int", ScalarType::i64},
+    {"int64", ScalarType::i64},
+    {"int64_t", ScalarType::i64},
+    {"ulonglong", ScalarType::u64},
+    {"unsigned long long", ScalarType::u64},
+    {"unsigned long long int", ScalarType::u64},
+    {"uint64", ScalarType::u64},
+    {"uint64_t", ScalarType::u64},
+    {"signed char", ScalarType::i8},
+    {"int8", ScalarType::i8},
+    {"int8_t", ScalarType::i8},
+    {"uchar", ScalarType::u8},
+    {"unsigned char", ScalarType::u8},
+    {"uint8", ScalarType::u8},
+    {"uint8_t", ScalarType::u8},
+    {"short", ScalarType::i16},
+    {"short int", ScalarType::i16},
+    {"signed short", ScalarType::i16},
+    {"signed short int", ScalarType::i16},
+    {"int16", ScalarType::i16},
+    {"int16_t", ScalarType::i16},
+    {"ushort", ScalarType::u16},
+    {"unsigned short", ScalarType::u16},
+    {"unsigned short int", ScalarType::u16},
+    {"uint16", ScalarType::u16},
+    {"uint16_t", ScalarType::u16},
+    {"int", ScalarType::i32},
+    {"signed int", ScalarType::i32},
+    {"int32", ScalarType::i32},
+    {"int32_t", ScalarType::i32},
+    {"uint", ScalarType::u32},
+    {"unsigned int", ScalarType::u32},
+    {"uint32", ScalarType::u32},
+    {"uint32_t", ScalarType::u32},
+    {"float", ScalarType::f32},
+    {"double", ScalarType::f64},
+    {"float32", ScalarType::f32},
+    {"float64", ScalarType::f64},
+}};
+
+struct NrrdEncodingName {
+    std::string_view name;
+    NrrdHeader::Encoding encoding;
+};
+constexpr std::array<NrrdEncodingName, 9> nrrdEncodings{{{"raw", NrrdHeader::Encoding::raw},
+                                                         {"txt", NrrdHeader::Encoding::text},
+                                                         {"text", NrrdHeader::Encoding::text},
+                                                         {"ascii", NrrdHeader::Encoding::text},
+                                                         {"hex", NrrdHeader::Encoding::hex},
+                                                         {"gz", NrrdHeader::Encoding::gzip},
+                                                         {"gzip", NrrdHeader::Encoding::gzip},
+                                                         {"bz2", NrrdHeader::Encoding::bzip2},
+                                                         {"bzip2", NrrdHeader::Encoding::bzip2}}};
+
+// Streams that NRRD alone wraps its numbers in: bzip2, and hexadecimal text. Each owns the one it reads; one
+// thread at a time.
+
+constexpr std::size_t packedBuffer = 256 * 1024;
+// Blocks of 900,000 bytes, of which runs of 255 are five bytes before they are packed, take 32 bytes at
+// least.
+constexpr std::uint64_t bzip2Ratio = 900'000 / 5 * 255 / 32;
+
+class Bzip2Stream : public ForwardStream {
+  public:
+    explicit Bzip2Stream(ByteStreamPtr compressed)
+        : compressed_(std::move(compressed)), input_(packedBuffer) {}
+    ~Bzip2Stream() override { end(); }
+    Bzip2Stream(const Bzip2Stream&) = delete;
+    Bzip2Stream& operator=(const Bzip2Stream&) = delete;
+
+    std::string name() const override { return compressed_->name(); }
+    std::uint64_t mostBytes() const override {
+        const auto bytes = compressed_->mostBytes();
+        constexpr auto most = std::numeric_limits<std::uint64_t>::max();
+        return bytes > most / bzip2Ratio ? most : bytes * bzip2Ratio;
+    }
+
+    Status begin() {
+        stream_ = {};
+        open_ = BZ2_bzDecompressInit(&stream_, 0, 0) == BZ_OK;
+        return open_ ? success() : Status(Error{ErrorCode::internal, name(), "bzip2 could not be started"});
+    }
+
+  protected:
+    Result<std::size_t> next(std::span<char> bytes) override {
+        std::size_t done = 0;
+        while (done < bytes.size() && !finished_) {
+            if (left_ == 0) {
+                MOTE_ASSIGN_OR_RETURN(left_, compressed_->read(input_));
+                at_ = 0;
+                if (left_ == 0) {
+                    if (betweenMembers_) break;
+                    return corrupt("ends in the middle of its bzip2 data");
+                }
+            }
+            if (betweenMembers_ && members_ > 0 && input_[at_] != 'B') break;
+            MOTE_RETURN_IF_ERROR(step(bytes, done));
+        }
+        finished_ = finished_ || done < bytes.size();
+        return done;
+    }
+
+    Status restart() override {
+        MOTE_RETURN_IF_ERROR(compressed_->seek(0));
+        left_ = at_ = members_ = 0;
+        betweenMembers_ = true;
+        finished_ = false;
+        end();
+        return begin();
+    }
+
+  private:
+    Status step(std::span<char> bytes, std::size_t& done) {
+        const auto piece = std::min<std::size_t>(bytes.size() - done, 1u << 30);
+        stream_.next_in = input_.data() + at_;
+        stream_.avail_in = static_cast<unsigned>(left_);
+        stream_.next_out = bytes.data() + done;
+        stream_.avail_out = static_cast<unsigned>(piece);
+        const int code = BZ2_bzDecompress(&stream_);
+        betweenMembers_ = false;
+        at_ += left_ - stream_.avail_in;
+        left_ = stream_.avail_in;
+        done += piece - stream_.avail_out;
+        if (code == BZ_OK) return success();
+        if (code != BZ_STREAM_END) return corrupt("has damaged bzip2 data");
+        ++members_;
+        betweenMembers_ = true;
+        end();
+        return begin();
+    }
+
+    void end() {
+        if (open_) BZ2_bzDecompressEnd(&stream_);
+        open_ = false;
+    }
+
+    Error corrupt(std::string message) const { return {ErrorCode::corrupt, name(), std::move(message)}; }
+
+    ByteStreamPtr compressed_;
+    std::vector<char> input_;
+    std::size_t at_ = 0, left_ = 0;  // of input_
+    bz_stream stream_{};
+    bool open_ = false, betweenMembers_ = true, finished_ = false;
+    std::size_t members_ = 0;
+};
+
+int digitOf(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+class HexStream : public ForwardStream {
+  public:
+    explicit HexStream(ByteStreamPtr text) : text_(std::move(text)), buffer_(packedBuffer) {}
+    std::string name() const override { return text_->name(); }
+    std::uint64_t mostBytes() const override { return text_->mostBytes() / 2; }
+
+  protected:
+    Result<std::size_t> next(std::span<char> bytes) override {
+        std::size_t done = 0;
+        while (done < bytes.size()) {
+            MOTE_ASSIGN_OR_RETURN(const int high, nextDigit());
+            if (high < 0) break;
+            MOTE_ASSIGN_OR_RETURN(const int low, nextDigit());
+            if (low < 0) return Error{ErrorCode::corrupt, name(), "ends with half a byte of its hex text"};
+            bytes[done++] = static_cast<char>(high * 16 + low);
+        }
+        return done;
+    }
+
+    Status restart() override {
+        begin_ = end_ = 0;
+        return text_->seek(0);
+    }
+
+  private:
+    /// -1 at the end of the text.
+    Result<int> nextDigit() {
+        for (;;) {
+            if (begin_ == end_) {
+                MOTE_ASSIGN_OR_RETURN(end_, text_->read(buffer_));
+                begin_ = 0;
+                if (end_ == 0) return -1;
+            }
+            const char c = buffer_[begin_++];
+            if (const int digit = digitOf(c); digit >= 0) return digit;
+            if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
+            return Error{ErrorCode::corrupt, name(), "has a character in its hex text that is no digit"};
+        }
+    }
+
+    ByteStreamPtr text_;
+    std::vector<char> buffer_;
+    std::size_t begin_ = 0, end_ = 0;
+};
+
+/// What comes out of bzip2 data, several of them one after the other; what follows and is none is left alone.
+/// Errors: internal; reading: corrupt (damaged or cut data).
+Result<ByteStreamPtr> bzip2Stream(ByteStreamPtr compressed) {
+    auto stream = std::make_unique<Bzip2Stream>(std::move(compressed));
+    MOTE_RETURN_IF_ERROR(stream->begin());
+    return ByteStreamPtr(std::move(stream));
+}
+
+/// A byte for every two digits of `text`; blanks and line ends are stepped over. Reading: corrupt where
+/// something else stands, or a digit alone.
+ByteStreamPtr hexStream(ByteStreamPtr text) {
+    return std::make_unique<HexStream>(std::move(text));
+}
 
 constexpr std::size_t mostAxes = 16;
 
@@ -321,8 +568,6 @@ Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std
     return numberStream(std::move(unwrapped).value());
 }
 
-}  // namespace
-
 Result<NrrdHeader> NrrdHeader::parse(std::string_view text, const std::string& file) {
     HeaderFields fields(file);
     MOTE_ASSIGN_OR_RETURN(const auto bytes, readNrrdFields(text, fields));
@@ -335,6 +580,12 @@ Result<NrrdHeader> NrrdHeader::parse(std::string_view text, const std::string& f
     }
     MOTE_RETURN_IF_ERROR(NrrdReader(fields, header).read());
     return header;
+}
+
+}  // namespace
+
+bool beginsAsNrrd(std::string_view bytes) {
+    return bytes.starts_with("NRRD00");
 }
 
 Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path, const std::string& field) {
@@ -354,6 +605,10 @@ Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path
         }));
     return StreamVolume::make("nrrd", std::move(header.shape), samples, std::move(data),
                               text ? StreamVolume::Ending::exact : StreamVolume::Ending::end, parts);
+}
+
+Result<VolumeParts> partsOfNrrd(const std::filesystem::path& path) {
+    return partsOfHeader<NrrdHeader>(path);
 }
 
 }  // namespace mote::prep

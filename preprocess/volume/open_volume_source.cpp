@@ -12,17 +12,11 @@
 #include "preprocess/volume/dicom/dicom_files.h"
 #include "preprocess/volume/dicom/dicom_header.h"
 #include "preprocess/volume/dicom/dicom_volume.h"
-#include "preprocess/volume/metaimage.h"
-#include "preprocess/volume/mrc.h"
-#include "preprocess/volume/nifti.h"
-#include "preprocess/volume/npy_volume.h"
-#include "preprocess/volume/nrrd.h"
 #include "preprocess/volume/openpmd_mesh.h"
 #include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
-#include "preprocess/volume/vti.h"
-#include "preprocess/volume/world_space.h"
 
 namespace mote::prep {
 namespace {
@@ -96,12 +90,9 @@ struct VolumeReader {
 };
 
 /// Of a format whose header says how many volumes there are.
-template <class Header>
-Result<VolumeParts> partsOfHeader(const VolumeStep& step, Progress&) {
-    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(step.input));
-    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
-    MOTE_ASSIGN_OR_RETURN(const auto header, Header::parse(head, file->name()));
-    return header.parts;
+template <Result<VolumeParts> (*parts)(const std::filesystem::path& path)>
+Result<VolumeParts> partsOf(const VolumeStep& step, Progress&) {
+    return parts(step.input);
 }
 
 /// Of a reader that needs the file and the field alone.
@@ -112,9 +103,8 @@ Source openField(const VolumeStep& step, Progress&) {
 
 // In the order in which a file's first bytes are looked at.
 constexpr VolumeReader volumeReaders[] = {
-    {"nrrd", "its first bytes NRRD", NrrdHeader::begins, openField<openNrrd>, partsOfHeader<NrrdHeader>},
-    {"nifti", "NIfTI's mark in its header", NiftiHeader::begins, openField<openNifti>,
-     partsOfHeader<NiftiHeader>},
+    {"nrrd", "its first bytes NRRD", beginsAsNrrd, openField<openNrrd>, partsOf<partsOfNrrd>},
+    {"nifti", "NIfTI's mark in its header", beginsAsNifti, openField<openNifti>, partsOf<partsOfNifti>},
     {"vdb", "OpenVDB's mark", beginsAsVdb, openField<openVdb>},
     {"pictures", "pictures, each a slice", beginsAsPicture,
      [](const VolumeStep& step, Progress& progress) {
@@ -123,14 +113,14 @@ constexpr VolumeReader volumeReaders[] = {
      [](const VolumeStep& step, Progress& progress) {
          return partsOfPictures(step.input, step.options.field(), progress);
      }},
-    {"metaimage", "MetaImage's fields", MetaImageHeader::begins, openField<openMetaImage>,
-     partsOfHeader<MetaImageHeader>},
-    {"vti", "XML of a VTK image", VtiHeader::begins,
+    {"metaimage", "MetaImage's fields", beginsAsMetaImage, openField<openMetaImage>,
+     partsOf<partsOfMetaImage>},
+    {"vti", "XML of a VTK image", beginsAsVti,
      [](const VolumeStep& step, Progress& progress) {
          return openVti(step.input, step.options.field(), progress);
      }},
     {"npy", "NumPy's mark of one array", beginsAsNpy, openField<openNpy>},
-    {"mrc", "MRC's mark MAP in its header", MrcHeader::begins, openField<openMrc>, partsOfHeader<MrcHeader>},
+    {"mrc", "MRC's mark MAP in its header", beginsAsMrc, openField<openMrc>, partsOf<partsOfMrc>},
     {"dicom", "DICOM's mark", DicomHeader::begins,
      [](const VolumeStep& step, Progress& progress) {
          const auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);

@@ -15,7 +15,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t blockBytes = 1u << 20;
+constexpr std::size_t bytesAtOnce = 1u << 20;
 constexpr double mostSamples = 0x1p59;          // times 8 bytes is a number of 64 bits
 constexpr std::uint64_t mostBehind = 1u << 16;  // bytes behind the last value of a compressed stream
 
@@ -205,7 +205,7 @@ Status StreamVolume::read(std::uint32_t z0, std::uint32_t z1, std::span<float> v
     MOTE_CHECK(z0 <= z1 && z1 <= shape_.nz && values.size() == shape_.voxelsOfSlice() * (z1 - z0));
     const std::size_t width = bytesOf(samples_.type) * static_cast<std::size_t>(parts_.components);
     MOTE_RETURN_IF_ERROR(stream_->seek(bytesOfSlice() * (shape_.nz * parts_.volume + z0)));
-    block_.resize(std::max(std::min(values.size() * width, blockBytes / width * width), width));
+    block_.resize(std::max(std::min(values.size() * width, bytesAtOnce / width * width), width));
     while (!values.empty()) {
         const std::size_t count = std::min(values.size(), block_.size() / width);
         const std::span<char> bytes = std::span(block_).first(count * width);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "preprocess/volume/byte_stream.h"
-#include "preprocess/volume/volume_parts.h"
+#include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
 
 namespace mote::prep {
@@ -59,6 +59,17 @@ class StreamVolume : public VolumeSource {
     std::vector<char> block_, picked_;
     std::vector<std::string> notes_;
 };
+
+/// How many volumes a file has, of a format whose Header, parsed from the file's beginning, says it. Errors:
+/// those of fileStream and of Header::parse.
+template <class Header>
+Result<VolumeParts> partsOfHeader(const std::filesystem::path& path) {
+    constexpr std::size_t longest = std::size_t{1} << 20;  // of a header
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
+    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, longest));
+    MOTE_ASSIGN_OR_RETURN(const auto header, Header::parse(head, file->name()));
+    return header.parts;
+}
 
 /// Eight bytes, the machine's own double, for each number of `text`; between them stand blanks, line ends or
 /// commas. They end with the text or, in XML, at a '<'. Reading: corrupt where a word is no number.

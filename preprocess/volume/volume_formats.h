@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Readers of volumes that are no stream of numbers: stacks of pictures and OpenVDB. Called from one thread.
+// The readers of volumes, each with what tells its files: rows of volumeReaders (open_volume_source.cpp)
+// point at them. All parse bytes that nobody vouches for. Called from one thread.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "preprocess/volume/volume_parts.h"
+#include "preprocess/job.h"
+#include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/scene/error.h"
 
@@ -55,5 +58,60 @@ Result<std::unique_ptr<VolumeSource>> openVdb(const std::filesystem::path& path,
 
 /// All grids, that which is read without a name first. Errors: corrupt, those of fileStream.
 Result<std::vector<VolumeField>> vdbFields(const std::filesystem::path& path);
+
+// How many volumes a file has, partsOf..., is what its header says. Errors: those of opening it.
+
+bool beginsAsMetaImage(std::string_view bytes);
+/// `path` is the file with the header; it may be gzipped. `field`: as of chooseParts. Errors: corrupt,
+/// unsupported (other than three axes, and one of time), permissionDenied (data in another folder), those of
+/// chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path& path,
+                                                    const std::string& field);
+Result<VolumeParts> partsOfMetaImage(const std::filesystem::path& path);
+
+bool beginsAsMrc(std::string_view bytes);
+/// The file may be gzipped. The file's columns are the volume's first axis; which one they are in space, the
+/// map to the world says. `field`: the number of a volume of a stack. Errors: corrupt, unsupported, those of
+/// chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openMrc(const std::filesystem::path& path, const std::string& field);
+Result<VolumeParts> partsOfMrc(const std::filesystem::path& path);
+
+bool beginsAsNifti(std::string_view bytes);
+/// Each file may be gzipped. `field`: as of chooseParts, of the times and other volumes. Errors: corrupt,
+/// unsupported, notFound (no .img file), those of chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openNifti(const std::filesystem::path& path, const std::string& field);
+Result<VolumeParts> partsOfNifti(const std::filesystem::path& path);
+
+bool beginsAsNpy(std::string_view bytes);
+/// An array of three dimensions, which are z, y and x, or of four, the first of which counts volumes; in C
+/// order, or in Fortran's, which is then held whole, at most 1 GiB. `field`: the number of a volume; of an
+/// archive, NAME or NAME:NUMBER, where it holds more than one array of so many dimensions. Errors:
+/// unsupported (other dimensions, complex numbers, fields, several arrays: a sentence that lists them),
+/// notFound, resourceExhausted, those of openNpyArrays and chooseParts.
+Result<std::unique_ptr<VolumeSource>> openNpy(const std::filesystem::path& path, const std::string& field);
+
+/// The arrays of an archive that are volumes or series of them. Errors: those of openNpyArrays.
+Result<std::vector<VolumeField>> npyFields(const std::filesystem::path& path);
+
+/// The fields of all volumes of the array, where `field` leaves open which. Errors: as openNpy.
+Result<std::vector<std::string>> npySteps(const std::filesystem::path& path, const std::string& field);
+
+bool beginsAsNrrd(std::string_view bytes);
+/// `path` is the file with the header; it may be gzipped. `field`: as of chooseParts. Errors: corrupt,
+/// unsupported (another encoding, not three axes of space), those of chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path, const std::string& field);
+Result<VolumeParts> partsOfNrrd(const std::filesystem::path& path);
+
+bool beginsAsVti(std::string_view bytes);
+/// The arrays that may be asked for, that which is read without a name first; of one with several values each
+/// of them and its length. Errors: corrupt, unsupported, cancelled, those of fileStream.
+Result<std::vector<VolumeField>> vtiFields(const std::filesystem::path& path, const Progress& progress);
+
+/// The array `field`; "": the active scalars, else the first array with one value for each point, else for
+/// each cell. Of an array with several values a point, "NAME:1" is the second, "NAME:magnitude" the length of
+/// the vector that they are. The file may be gzipped. Errors: corrupt, unsupported (several pieces, another
+/// compressor), notFound (no such array), cancelled, those of fileStream.
+Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path, std::string_view field,
+                                              const Progress& progress);
 
 }  // namespace mote::prep

@@ -9,14 +9,79 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
 #include <type_traits>
 
 #include "preprocess/readers/half_float.h"
 #include "preprocess/readers/text/number.h"
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
+
+/// The two directions of each axis, the one of RAS first.
+constexpr std::array<std::array<std::string_view, 2>, 3> directions{
+    {{"right", "left"}, {"anterior", "posterior"}, {"superior", "inferior"}}};
+
+/// By axis, 1 where a patient's space goes as RAS does and -1 where it goes the other way.
+std::optional<glm::dvec3> signsOf(std::string_view space) {
+    glm::dvec3 signs(0.0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::string_view word = space.substr(0, space.find('-'));
+        const auto& two = directions[axis];
+        const auto* const found = std::find(two.begin(), two.end(), word);
+        if (found == two.end()) return std::nullopt;
+        signs[static_cast<int>(axis)] = found == two.begin() ? 1.0 : -1.0;
+        space.remove_prefix(std::min(word.size() + 1, space.size()));
+    }
+    return space.empty() ? std::optional(signs) : std::nullopt;
+}
+
+void scaleWorld(VolumeShape& shape, const glm::dvec3& factors) {
+    for (int column = 0; column < 4; ++column) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const double value = shape.indexToWorld[column][axis];
+            // No place is at -0.
+            shape.indexToWorld[column][axis] = value == 0.0 ? 0.0 : value * factors[axis];
+        }
+    }
+}
+
+struct Wanted {
+    std::string_view volume, component;  ///< "": left open
+};
+
+Wanted wantedOf(std::string_view field, const VolumeParts& parts) {
+    const auto colon = field.find(':');
+    if (colon != std::string_view::npos) return {field.substr(0, colon), field.substr(colon + 1)};
+    return parts.volumes > 1 ? Wanted{field, ""} : Wanted{"", field};
+}
+
+/// "0, 1, 2" or "0 to 63".
+std::string listOf(std::uint64_t count) {
+    if (count > 8) return fmt::format("0 to {}", count - 1);
+    std::string list;
+    for (std::uint64_t i = 0; i < count; ++i) list += fmt::format("{}{}", i == 0 ? "" : ", ", i);
+    return list;
+}
+
+Result<std::uint64_t> choose(std::string_view wanted, std::uint64_t count, const char* what,
+                             const char* example, const std::string& where) {
+    if (wanted.empty() && count == 1) return std::uint64_t{0};
+    if (wanted.empty()) {
+        return unsupported(where, fmt::format("says {} {}: ask for one of {} as the field ({})", count, what,
+                                              listOf(count), example));
+    }
+    const auto number = parseId(wanted);
+    if (!number) {
+        return invalid("field", fmt::format("\"{:.20}\" is no number of one of the {} {}: give {}", wanted,
+                                            count, what, listOf(count)));
+    }
+    if (*number < count) return *number;
+    return notFound(where,
+                    fmt::format("has no number {} among its {} {}: {}", *number, count, what, listOf(count)));
+}
 
 struct TypeName {
     std::string_view name;
@@ -75,6 +140,70 @@ constexpr double leastVolume = 1e-6;
 constexpr double leastLength = 1e-30, greatestLength = 1e30;  // lest products of lengths overflow
 
 }  // namespace
+
+std::string longSpace(std::string_view name) {
+    std::string space = lower(name);
+    if (space.ends_with("-time")) space.resize(space.size() - 5);
+    if (space.size() == 4 && space.back() == 't') space.pop_back();
+    if (space.size() != 3) return space;
+    std::string words;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto& two = directions[axis];
+        const auto* const found = std::find_if(
+            two.begin(), two.end(), [&](std::string_view word) { return word.front() == space[axis]; });
+        if (found == two.end()) return space;
+        words += fmt::format("{}{}", axis == 0 ? "" : "-", *found);
+    }
+    return words;
+}
+
+Status bringTo(std::string_view wanted, VolumeShape& shape) {
+    if (!wanted.empty() && wanted != "ras" && wanted != "lps" && wanted != "file") {
+        return invalid("space", fmt::format("\"{:.20}\" is none of ras, lps and file", wanted));
+    }
+    if (wanted == "file") return success();
+    if (const auto signs = signsOf(shape.space)) {
+        const glm::dvec3 there = wanted == "lps" ? glm::dvec3(-1.0, -1.0, 1.0) : glm::dvec3(1.0);
+        scaleWorld(shape, *signs * there);
+        shape.worldSpace = wanted == "lps" ? "lps" : "ras";
+        return success();
+    }
+    if (shape.space == "3d-left-handed") {
+        scaleWorld(shape, {1.0, 1.0, -1.0});
+        shape.notes.emplace_back(
+            "its space is left-handed: z was turned round, so that what is drawn is no mirror image");
+    }
+    return success();
+}
+
+Result<VolumeParts> chooseParts(std::string_view field, VolumeParts parts, const std::string& where) {
+    if (parts.volumes > VolumeShape::maxDimension || parts.components > VolumeShape::maxDimension) {
+        return Error{ErrorCode::resourceExhausted, where,
+                     fmt::format("says {} volumes of {} values for each voxel; at most {} are counted",
+                                 parts.volumes, parts.components, VolumeShape::maxDimension)};
+    }
+    const auto wanted = wantedOf(field, parts);
+    const bool both = parts.volumes > 1 && parts.components > 1;
+    // First what no series is made of.
+    MOTE_ASSIGN_OR_RETURN(parts.component, choose(wanted.component, parts.components, "values for each voxel",
+                                                  both ? "\":0\"" : "\"0\"", where));
+    MOTE_ASSIGN_OR_RETURN(parts.volume,
+                          choose(wanted.volume, parts.volumes, "volumes", both ? "\"0:0\"" : "\"0\"", where));
+    return parts;
+}
+
+std::vector<std::string> fieldsOfSeries(const std::string& field, const VolumeParts& parts) {
+    const auto wanted = wantedOf(field, parts);
+    const bool open = parts.volumes > 1 && wanted.volume.empty();
+    if (!open || parts.volumes > VolumeShape::maxDimension) return {field};
+    if (parts.components > 1 && wanted.component.empty()) return {field};  // refused where it is opened
+    std::vector<std::string> fields;
+    for (std::uint64_t i = 0; i < parts.volumes; ++i) {
+        fields.push_back(parts.components > 1 ? fmt::format("{}:{}", i, wanted.component)
+                                              : fmt::format("{}", i));
+    }
+    return fields;
+}
 
 std::string_view name(ScalarType type) {
     return types[static_cast<std::size_t>(type)].name;

@@ -4,6 +4,12 @@
 // threads.
 //
 // ScalarType: how a file stores one value of a volume, and how its bytes become floats. Pure.
+//
+// VolumeParts: several volumes in one file (times, frames), or several values for each voxel (components,
+// channels), and which of them is read. Values and pure functions.
+//
+// The space in which a file says where voxels lie, and how it is brought to that of a scene, so that a
+// patient lies at one place whatever the format. Pure functions.
 #pragma once
 
 #include <cstddef>
@@ -77,5 +83,31 @@ std::string unitText(std::string_view text);
 
 /// Text of a file as it may stand in a message: what is not printable ASCII becomes '?'.
 std::string printableText(std::string_view text);
+
+struct VolumeParts {
+    std::uint64_t volumes = 1;                ///< one after the other
+    std::uint64_t components = 1;             ///< of a voxel, one beside the other
+    std::uint64_t volume = 0, component = 0;  ///< those that are read, from 0
+
+    std::uint64_t count() const { return volumes * components; }
+};
+
+/// `parts` with what `field` asks for: "3", the volume of that number (of a file with one volume, the
+/// component), ":2", a component, "3:2" both. Errors, at `where`: unsupported (there are several and none was
+/// asked for: a sentence that lists them), notFound (no such number), invalidArgument (`field` is no number),
+/// resourceExhausted (more than can be counted).
+Result<VolumeParts> chooseParts(std::string_view field, VolumeParts parts, const std::string& where);
+
+/// The fields of all volumes, where `field` leaves open which; else `field` alone.
+std::vector<std::string> fieldsOfSeries(const std::string& field, const VolumeParts& parts);
+
+/// NRRD's name of a space in its long form, "left-posterior-superior" of "LPS" or "LPST"; others in lower
+/// case, without the time.
+std::string longSpace(std::string_view name);
+
+/// Turns `shape`, whose space is the file's, to `wanted`: "ras" (the default, ""), "lps" or "file". A space
+/// that is not a patient's stays, but for a left-handed one, whose mirror image would be seen: its z is
+/// turned round, with a note. Errors: invalidArgument (another word).
+Status bringTo(std::string_view wanted, VolumeShape& shape);
 
 }  // namespace mote::prep

@@ -50,7 +50,7 @@ struct VolumeStep {
 };
 
 /// Opens a volume: format by `options.format()` or by content. Places are in the space that
-/// `options.space()` names (world_space.h); `options.spacing()` and `origin()` go before what the file says.
+/// `options.space()` names (volume_shape.h); `options.spacing()` and `origin()` go before what the file says.
 /// What was assumed is noted. `progress` must outlive the source. Errors: notFound, permissionDenied,
 /// unsupported (an unknown format, vectors, several volumes), corrupt, invalidArgument (an option),
 /// resourceExhausted, cancelled.

@@ -1,33 +1,304 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/vti.h"
-
+#include <expat.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "preprocess/job.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/byte_stream.h"
-#include "preprocess/volume/magnitude_volume.h"
+#include "preprocess/volume/header_fields.h"
 #include "preprocess/volume/stream_volume.h"
-#include "preprocess/volume/vti_document.h"
+#include "preprocess/volume/volume_formats.h"
+#include "preprocess/volume/volume_shape.h"
+#include "preprocess/volume/volume_source.h"
+#include "protocol/scene/error.h"
+#include "protocol/scene/mote_check.h"
 
 namespace mote::prep {
 namespace {
 
-constexpr std::array<ScalarTypeName, 10> typeNames{{{"Int64", ScalarType::i64},
-                                                    {"UInt64", ScalarType::u64},
-                                                    {"Int8", ScalarType::i8},
-                                                    {"UInt8", ScalarType::u8},
-                                                    {"Int16", ScalarType::i16},
-                                                    {"UInt16", ScalarType::u16},
-                                                    {"Int32", ScalarType::i32},
-                                                    {"UInt32", ScalarType::u32},
-                                                    {"Float32", ScalarType::f32},
-                                                    {"Float64", ScalarType::f64}}};
+// VtiHeader: what the XML of a VTK image file (.vti) says of one of its arrays, checked. Parsed from bytes
+// that nobody vouches for, by expat, which never sees the numbers behind the array's own tag. A value, free
+// of threads.
+//
+// VTK image files (.vti; docs.vtk.org, "XML File Formats"): values as text, in base64 or appended,
+// compressed by zlib or not. Called from one thread.
+
+struct VtiHeader {
+    enum class Encoding : std::uint8_t { ascii, base64, raw };
+
+    VolumeShape shape;
+    Encoding encoding = Encoding::base64;
+    bool bigEndian = false;    ///< the values, and the sizes before them
+    bool wideSizes = false;    ///< sizes have 64 bits, not 32
+    bool compressed = false;   ///< in blocks, by zlib
+    std::uint64_t dataAt = 0;  ///< bytes before the array's sizes and values in the file
+    VolumeParts parts;         ///< values of a point, and which is read
+    bool magnitude = false;    ///< of the vector that they are is read, and none of them
+
+    /// Reads the header of the array `field`; "": the active scalars, else the first array with one value for
+    /// each point, else for each cell. Of an array with several values a point, "NAME:1" is the second,
+    /// "NAME:magnitude" the length of the vector that they are. Reads `file` as far as needed. Errors, at the
+    /// file's name and element: corrupt, unsupported (several values, and none was asked for), notFound (no
+    /// such array), cancelled, those of `file`.
+    static Result<VtiHeader> parse(ByteStream& file, std::string_view field, const Progress& progress);
+};
+
+// MagnitudeVolume: the lengths of vectors whose components are volumes of one shape. One owner, one thread at
+// a time.
+
+class MagnitudeVolume : public VolumeSource {
+  public:
+    /// One at least.
+    explicit MagnitudeVolume(std::vector<std::unique_ptr<VolumeSource>> components)
+        : components_(std::move(components)) {
+        MOTE_CHECK(!components_.empty());
+        shape_ = components_.front()->shape();
+        shape_.type = ScalarType::f32;  // lengths of integers are none
+        shape_.valueStep = 0.0;
+    }
+
+    std::string format() const override { return components_.front()->format(); }
+    const VolumeShape& shape() const override { return shape_; }
+    bool sequential() const override { return components_.front()->sequential(); }
+
+    /// Slice by slice, so that sums take no more memory than one.
+    Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
+        const auto slice = static_cast<std::size_t>(shape_.voxelsOfSlice());
+        MOTE_CHECK(z0 <= z1 && z1 <= shape_.nz && values.size() == slice * (z1 - z0));
+        one_.resize(slice);
+        for (std::uint32_t z = z0; z < z1; ++z) {
+            sums_.assign(slice, 0.0);
+            for (auto& component : components_) {
+                MOTE_RETURN_IF_ERROR(component->read(z, z + 1, one_));
+                for (std::size_t i = 0; i < slice; ++i) sums_[i] += static_cast<double>(one_[i]) * one_[i];
+            }
+            const auto made = values.subspan((z - z0) * slice, slice);
+            std::transform(sums_.begin(), sums_.end(), made.begin(),
+                           [](double sum) { return static_cast<float>(std::sqrt(sum)); });
+        }
+        return success();
+    }
+
+    std::vector<std::string> takeNotes() override {
+        std::vector<std::string> notes;
+        for (auto& component : components_) {
+            auto some = component->takeNotes();
+            std::move(some.begin(), some.end(), std::back_inserter(notes));
+        }
+        return notes;
+    }
+
+  private:
+    std::vector<std::unique_ptr<VolumeSource>> components_;
+    VolumeShape shape_;
+    std::vector<float> one_;
+    std::vector<double> sums_;
+};
+
+// VtiDocument: the elements of a VTK image file's XML that matter, as expat meets them. A value, free of
+// threads.
+
+/// A DataArray element.
+struct VtiArray {
+    HeaderFields attributes;
+    bool ofCells = false;         ///< not of points
+    bool active = false;          ///< the Scalars of its points or cells
+    std::uint64_t contentAt = 0;  ///< bytes of the file before what follows its tag
+
+    bool isScalar() const {
+        const auto count = attributes.text("NumberOfComponents");
+        return count.empty() || count == "1";
+    }
+    /// Which points VTK hides, and numbers that it gives them for itself.
+    bool isMark() const {
+        const auto name = attributes.text("Name");
+        return name == "vtkGhostType" || name == "vtkGhostLevels" || name == "vtkValidPointMask" ||
+               name == "vtkOriginalPointIds" || name == "vtkOriginalCellIds" || name == "GlobalPointIds" ||
+               name == "GlobalCellIds" || name == "GlobalNodeId" || name == "GlobalElementId";
+    }
+    /// Whether no array that follows can be the one to read: it has the name `field`, or is the active one of
+    /// the points where there is no name.
+    bool isSurely(std::string_view field) const {
+        return field.empty() ? active && !ofCells && isScalar() && !isMark()
+                             : attributes.text("Name") == field;
+    }
+};
+
+struct VtiDocument {
+    HeaderFields vtkFile, imageData, piece, appended;  ///< attributes; none where the element is missing
+    std::vector<VtiArray> arrays;
+    std::uint64_t appendedAt = 0;  ///< bytes of the file before what follows AppendedData; 0: there is none
+
+    /// Reads `file` as far as needed to find the array `field`: expat never sees appended data, nor those of
+    /// an array that is surely the one. Errors, at the file's name and line: corrupt (no XML; a document
+    /// type; a tag of more than 1 MiB), unsupported (several pieces), cancelled, those of `file`.
+    static Result<VtiDocument> parse(ByteStream& file, std::string_view field, const Progress& progress);
+
+    /// The one that isSurely(), else, but for marks, without a name the first scalars of points, else of
+    /// cells. Null: none.
+    const VtiArray* chosen(std::string_view field) const;
+};
+
+constexpr std::size_t chunkBytes = 1u << 16;
+constexpr std::uint64_t longestTag = 1u << 20;  // bytes that expat holds back
+constexpr std::size_t mostArrays = 4096;
+
+class Parser {
+  public:
+    Parser(ByteStream& file, std::string_view field, VtiDocument& document)
+        : file_(file), field_(field), document_(document) {}
+
+    Status parse(const Progress& progress) {
+        if (!parser_) return Error{ErrorCode::resourceExhausted, file_.name(), "cannot be parsed: no memory"};
+        XML_SetUserData(parser_.get(), this);
+        XML_SetElementHandler(
+            parser_.get(),
+            [](void* self, const char* name, const char** attributes) {
+                static_cast<Parser*>(self)->start(name, attributes);
+            },
+            [](void* self, const char* name) { static_cast<Parser*>(self)->end(name); });
+        // Nothing that VTK writes has one, and entities are a way to make much out of little.
+        XML_SetStartDoctypeDeclHandler(
+            parser_.get(), [](void* self, const char*, const char*, const char*, int) {
+                static_cast<Parser*>(self)->fail(ErrorCode::corrupt, "has a document type of its own");
+            });
+        MOTE_RETURN_IF_ERROR(file_.seek(0));
+        std::vector<char> chunk(chunkBytes);
+        for (bool last = false; !last && !done_;) {
+            if (progress.cancelled()) return wasCancelled();
+            MOTE_ASSIGN_OR_RETURN(const auto got, file_.read(chunk));
+            last = got < chunk.size();
+            MOTE_RETURN_IF_ERROR(feed(std::span(chunk).first(got), last));
+        }
+        return success();
+    }
+
+  private:
+    Status feed(std::span<const char> bytes, bool last) {
+        const auto status = XML_Parse(parser_.get(), bytes.data(), static_cast<int>(bytes.size()), last);
+        if (error_) return *error_;
+        if (done_) return success();
+        fed_ += bytes.size();
+        const auto at =
+            static_cast<std::uint64_t>(std::max<XML_Index>(XML_GetCurrentByteIndex(parser_.get()), 0));
+        if (status == XML_STATUS_OK && fed_ - std::min(at, fed_) <= longestTag) return success();
+        const auto* const what = status == XML_STATUS_OK ? "a tag without an end"
+                                                         : XML_ErrorString(XML_GetErrorCode(parser_.get()));
+        return corrupt(fmt::format("{}: line {}", file_.name(), XML_GetCurrentLineNumber(parser_.get())),
+                       fmt::format("is no XML: {}", what));
+    }
+
+    void fail(ErrorCode code, std::string message) {
+        error_ = Error{code, file_.name(), std::move(message)};
+        XML_StopParser(parser_.get(), XML_FALSE);
+    }
+
+    void finish() {
+        done_ = true;
+        XML_StopParser(parser_.get(), XML_FALSE);
+    }
+
+    HeaderFields fields(const std::string& element, const char** attributes) const {
+        HeaderFields fields(file_.name() + ": " + element);
+        for (; attributes[0] != nullptr; attributes += 2) {
+            (void)fields.add(attributes[0], attributes[1]);  // expat refuses those that stand there twice
+        }
+        return fields;
+    }
+
+    std::uint64_t contentAt() const {
+        return static_cast<std::uint64_t>(XML_GetCurrentByteIndex(parser_.get())) +
+               static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
+    }
+
+    void start(const std::string& element, const char** attributes) {
+        if (done_ || error_) return;
+        if (element == "VTKFile") document_.vtkFile = fields(element, attributes);
+        if (element == "ImageData") document_.imageData = fields(element, attributes);
+        if (element == "Piece") {
+            if (document_.piece.has("Extent")) return fail(ErrorCode::unsupported, "has more than one piece");
+            document_.piece = fields(element, attributes);
+        }
+        if (element == "PointData" || element == "CellData") {
+            inCells_ = element == "CellData";
+            active_ = fields(element, attributes).text("Scalars");
+        }
+        if (element == "FieldData") inFieldData_ = true;
+        // Values of no point and of no cell, and marks of VTK's own.
+        if (element == "DataArray" && !inFieldData_) addArray(fields(element, attributes));
+        if (element == "AppendedData") {
+            document_.appended = fields(element, attributes);
+            document_.appendedAt = contentAt();
+            finish();
+        }
+    }
+
+    void end(std::string_view element) {
+        if (element == "FieldData") inFieldData_ = false;
+    }
+
+    void addArray(HeaderFields attributes) {
+        auto& arrays = document_.arrays;
+        if (arrays.size() == mostArrays) {
+            return fail(ErrorCode::corrupt, fmt::format("has more than {} arrays", mostArrays));
+        }
+        const bool active = !active_.empty() && attributes.text("Name") == active_;
+        arrays.push_back({std::move(attributes), inCells_, active, contentAt()});
+        if (arrays.back().isSurely(field_) && arrays.back().attributes.text("format") != "appended") finish();
+    }
+
+    ByteStream& file_;
+    std::string_view field_;
+    VtiDocument& document_;
+    std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_{XML_ParserCreate(nullptr),
+                                                                         &XML_ParserFree};
+    std::optional<Error> error_;
+    bool done_ = false;
+    bool inCells_ = false, inFieldData_ = false;
+    std::string active_;  ///< the Scalars of the element whose arrays follow
+    std::uint64_t fed_ = 0;
+};
+
+Result<VtiDocument> VtiDocument::parse(ByteStream& file, std::string_view field, const Progress& progress) {
+    const HeaderFields none(file.name());
+    VtiDocument document{none, none, none, none, {}, 0};
+    MOTE_RETURN_IF_ERROR(Parser(file, field, document).parse(progress));
+    return document;
+}
+
+const VtiArray* VtiDocument::chosen(std::string_view field) const {
+    const VtiArray* best = nullptr;
+    for (const VtiArray& array : arrays) {
+        if (array.isSurely(field)) return &array;
+        const bool better = best == nullptr || (best->ofCells && !array.ofCells);
+        if (field.empty() && array.isScalar() && !array.isMark() && better) best = &array;
+    }
+    return best;
+}
+
+constexpr std::array<ScalarTypeName, 10> vtiTypes{{{"Int64", ScalarType::i64},
+                                                   {"UInt64", ScalarType::u64},
+                                                   {"Int8", ScalarType::i8},
+                                                   {"UInt8", ScalarType::u8},
+                                                   {"Int16", ScalarType::i16},
+                                                   {"UInt16", ScalarType::u16},
+                                                   {"Int32", ScalarType::i32},
+                                                   {"UInt32", ScalarType::u32},
+                                                   {"Float32", ScalarType::f32},
+                                                   {"Float64", ScalarType::f64}}};
 
 constexpr std::uint64_t mostComponents = 64;
 constexpr std::size_t mostListed = 300;  // letters
@@ -58,11 +329,11 @@ std::string listOf(const VtiDocument& document) {
     return list.empty() ? "; it holds none" : "; it holds " + list;
 }
 
-class HeaderReader {
+class VtiReader {
   public:
     /// `component`: of several values; "": of one.
-    HeaderReader(const VtiDocument& document, const VtiArray& array, std::string_view component,
-                 VtiHeader& header)
+    VtiReader(const VtiDocument& document, const VtiArray& array, std::string_view component,
+              VtiHeader& header)
         : document_(document), array_(array), component_(component), header_(header) {}
 
     Status read() {
@@ -139,7 +410,7 @@ class HeaderReader {
     Status readArray() {
         const HeaderFields& array = array_.attributes;
         MOTE_RETURN_IF_ERROR(chooseComponent());
-        MOTE_ASSIGN_OR_RETURN(const auto type, array.type("type", typeNames));
+        MOTE_ASSIGN_OR_RETURN(const auto type, array.type("type", vtiTypes));
         header_.shape.type = type;
         const auto format = array.text("format");
         if (format == "appended") return readAppended();
@@ -314,12 +585,6 @@ void addFields(const VtiArray& array, std::vector<VolumeField>& fields) {
     fields.push_back({fmt::format("{}:{}", name, magnitudeName), *count, type});
 }
 
-}  // namespace
-
-bool VtiHeader::begins(std::string_view bytes) {
-    return bytes.find("<VTKFile") != std::string_view::npos;
-}
-
 Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, const Progress& progress) {
     // An array may have any name, "a:1" among them.
     ArrayField wanted{field, ""};
@@ -340,8 +605,14 @@ Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, con
         document.appendedAt = at;
     }
     VtiHeader header;
-    MOTE_RETURN_IF_ERROR(HeaderReader(document, *array, wanted.component, header).read());
+    MOTE_RETURN_IF_ERROR(VtiReader(document, *array, wanted.component, header).read());
     return header;
+}
+
+}  // namespace
+
+bool beginsAsVti(std::string_view bytes) {
+    return bytes.find("<VTKFile") != std::string_view::npos;
 }
 
 Result<std::vector<VolumeField>> vtiFields(const std::filesystem::path& path, const Progress& progress) {

@@ -13,7 +13,7 @@
 #include "preprocess/job.h"
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/mesh/read_mesh.h"
-#include "preprocess/mesh/spatial_order.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/stipple/surface/surface_thinning.h"

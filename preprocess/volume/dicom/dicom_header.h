@@ -2,6 +2,9 @@
 //
 // DicomHeader: what a DICOM file says of its pictures (PS3.3), and nothing of whom they show: elements that
 // are not listed in dicom_tags.cpp are stepped over. Parsed from bytes that nobody vouches for. A value.
+//
+// What Siemens' scanners write into a private element of their own (its form "SV10") of pictures that are
+// mosaics: all slices of a volume in one picture, row by row. Pure; from bytes that nobody vouches for.
 #pragma once
 
 #include <array>
@@ -13,10 +16,17 @@
 #include <vector>
 
 #include "preprocess/volume/byte_stream.h"
-#include "preprocess/volume/dicom/dicom_siemens.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+struct DicomMosaic {
+    std::uint32_t tiles = 0;  ///< slices, at least 1
+    glm::dvec3 normal{0.0};   ///< from each to the next one, of unit length, LPS
+};
+
+/// None where the bytes are something else, or do not say both.
+std::optional<DicomMosaic> siemensMosaic(std::string_view bytes);
 
 /// What may tell pictures at one place apart.
 enum class DicomMark : std::uint8_t {

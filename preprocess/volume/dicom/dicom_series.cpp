@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/dicom/dicom_series.h"
+#include "preprocess/volume/dicom/dicom_volume.h"
 
 #include <fmt/format.h>
 

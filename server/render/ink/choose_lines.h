@@ -28,7 +28,7 @@ struct LineTarget {
 struct ChosenLines {
     std::vector<InkLine> lines;  ///< pieces of those that there were, in their order
     std::vector<InkLine> left;   ///< likewise; that are not drawn
-    ToneGrid density;            ///< of theirs, blurred (tone.h)
+    ToneGrid density;            ///< of theirs, blurred (tone_grid.h)
 };
 
 /// The density of lines, blurred.

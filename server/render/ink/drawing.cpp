@@ -15,7 +15,7 @@
 #include "server/render/ink/segments.h"
 #include "server/render/ink/show.h"
 #include "server/render/ink/solid.h"
-#include "server/render/ink/tone.h"
+#include "server/render/ink/tone_grid.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
 

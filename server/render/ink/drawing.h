@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "protocol/scene/ink_style.h"
-#include "server/render/ink/ink_camera.h"
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/ink_memory.h"
 #include "server/render/ink/modalities.h"

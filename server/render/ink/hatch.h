@@ -34,7 +34,7 @@ struct HatchRegions {
     const Raster<std::uint32_t>& label;  ///< below `count`; others are not hatched
     std::uint32_t count;
     const Raster<float>& angle;    ///< of the first layer's strokes, radians; the mean of a region counts
-    const Raster<float>& density;  ///< of ink that is wanted (tone.h)
+    const Raster<float>& density;  ///< of ink that is wanted (tone_grid.h)
 };
 
 /// Along the mean direction of each region, on one raster of the whole picture for each direction, so what

@@ -2,6 +2,8 @@
 //
 // InkLine: a visible line of a scene on the screen: a piece of its silhouettes, borders or creases, before it
 // is known whether a pen draws it. A value.
+//
+// Lines without needless points. Pure.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -27,5 +29,9 @@ struct InkLine {
     /// stay. Of pictures in motion.
     float rank = 0.0F;
 };
+
+/// Leaves out points that lie within an eighth of a pixel of the way between others, where the depth steps
+/// beside the line stay alike. `points`: at least two.
+void simplify(std::vector<LinePoint>& points);
 
 }  // namespace mote::render

@@ -2,12 +2,16 @@
 //
 // Modalities: what a drawing is made from beside its lines (the 3D stage of the dissertation's section
 // 2.3.2): pictures of one size, of the first surface in each pixel. Values.
+//
+// Direction: of a line on the screen, which has no sign. A value.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <numbers>
+#include <stop_token>
+#include <vector>
 
 #include "server/render/ink/raster.h"
 
@@ -35,5 +39,17 @@ struct Modalities {
     /// What the depths of a whole scene differ by, world units, above 0: steps are told by it.
     double extent = 1.0;
 };
+
+/// As a vector of twice its angle; zero where there is none, as a surface faces the eye.
+struct Direction {
+    float x = 0.0F, y = 0.0F;
+};
+
+inline Direction directionOf(float angle) {
+    return angle == 0.0F ? Direction{} : Direction{std::cos(2.0F * angle), std::sin(2.0F * angle)};
+}
+
+/// Of all pixels; where `stop` is requested meanwhile, not of all.
+std::vector<Direction> directionsOf(const Raster<float>& angles, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "server/render/ink/direction.h"
+#include "server/render/ink/modalities.h"
 #include "server/render/plan/long_list.h"
 #include "server/render/plan/work_in_turns.h"
 

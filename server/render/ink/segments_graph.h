@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <stop_token>
 
-#include "server/render/ink/pixel_weights.h"
+#include "server/render/ink/region_graph.h"
 #include "server/render/ink/segments.h"
 
 namespace mote::render {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "server/render/ink/direction.h"
+#include "server/render/ink/modalities.h"
 #include "server/render/ink/region_graph.h"
 #include "server/render/ink/segment_regions.h"
 #include "server/render/plan/work_in_turns.h"

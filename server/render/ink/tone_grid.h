@@ -2,6 +2,9 @@
 //
 // ToneGrid: how dark a picture is as the eye blurs it, in cells that are small beside the blur: what a
 // drawing is compared with its target by. A value; pure functions.
+//
+// Tone as a drawing adds it up: independent layers of ink that cover shares a and b of the paper leave
+// (1 - a)(1 - b) of it bare, so their densities -ln(1 - share) add. Pure.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +15,17 @@
 #include "server/render/ink/raster.h"
 
 namespace mote::render {
+
+/// As dark as anything is wanted.
+inline constexpr double mostCover = 0.98;
+
+inline double densityOf(double cover) {
+    return -std::log(1.0 - std::clamp(cover, 0.0, mostCover));
+}
+
+inline double coverOf(double density) {
+    return 1.0 - std::exp(-density);
+}
 
 /// How places of a picture lie in cells of several pixels.
 struct ToneCells {

@@ -10,7 +10,7 @@
 #include <array>
 #include <cmath>
 
-#include "server/render/ink/tone.h"
+#include "server/render/ink/tone_grid.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_cover.h"
 

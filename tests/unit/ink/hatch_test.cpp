@@ -12,7 +12,7 @@
 #include <numbers>
 #include <set>
 
-#include "server/render/ink/tone.h"
+#include "server/render/ink/tone_grid.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_cover.h"
 

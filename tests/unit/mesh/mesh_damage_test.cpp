@@ -8,7 +8,7 @@
 #include <random>
 
 #include "preprocess/mesh/mesh_formats.h"
-#include "preprocess/mesh/weld_mesh.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "tests/unit/mesh/sample_files.h"
 
 namespace mote::test {

@@ -9,8 +9,8 @@
 #include <map>
 
 #include "preprocess/mesh/mesh_job.h"
-#include "preprocess/mesh/spatial_order.h"
 #include "preprocess/mesh/surface_topology.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "storage/arrays/array_file.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"

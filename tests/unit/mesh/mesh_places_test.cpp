@@ -3,7 +3,7 @@
 // Places that are numbers, but absurd ones: no ray begins there.
 #include <gmock/gmock.h>
 
-#include "preprocess/mesh/weld_mesh.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "storage/mesh/surface_mesh.h"
 
 namespace mote::test {

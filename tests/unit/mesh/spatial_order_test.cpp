@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/mesh/spatial_order.h"
+#include "preprocess/mesh/triangle_mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "preprocess/mesh/triangle_mesh.h"
-#include "preprocess/mesh/weld_mesh.h"
 #include "preprocess/stipple/surface/walk_mesh.h"
 
 namespace mote::test {

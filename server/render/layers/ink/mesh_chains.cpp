@@ -11,7 +11,7 @@
 #include <span>
 #include <tuple>
 
-#include "server/render/ink/simplify.h"
+#include "server/render/ink/ink_line.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
 

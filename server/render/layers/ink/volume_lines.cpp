@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "server/render/ink/simplify.h"
+#include "server/render/ink/ink_line.h"
 #include "server/render/layers/ink/volume_rims.h"
 #include "server/render/plan/work_in_turns.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/ink/simplify.h"
+#include "server/render/ink/ink_line.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/ink/direction.h"
+#include "server/render/ink/modalities.h"
 
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/long_list.h"
