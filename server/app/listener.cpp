@@ -113,7 +113,7 @@ void Listener::take(const asio::error_code& code, Socket socket) {
         if (address_.kind == wire::Address::Kind::tcp) socket.set_option(asio::ip::tcp::no_delay(true));
         events_.accepted(std::move(socket));
     } catch (const std::exception& failure) {
-        // Memory is short, say: this connection is lost, those to come are not.
+        // It was closed at once, or TLS cannot begin: this connection is lost, those to come are not.
         log::failure("a client cannot be served", failure);
         return acceptAfter(errorPause);
     }

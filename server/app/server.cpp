@@ -25,9 +25,7 @@
 #include "server/app/connection_in_use.h"
 #include "server/app/entrance.h"
 #include "server/app/http_listener.h"
-#include "server/app/memory_reserve.h"
 #include "server/app/parked_file.h"
-#include "server/app/run_through.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
 #include "server/metrics/exposition.h"
@@ -67,12 +65,8 @@ class Server::Impl {
         : settings_(std::move(settings)), device_(std::move(device)) {}
 
     ~Impl() {
-        try {
-            withdraw();
-            if (jobs_) jobs_->stop();
-        } catch (const std::exception& failure) {
-            log::failure("something is left behind", failure);
-        }
+        withdraw();
+        if (jobs_) jobs_->stop();
         render_.reset();
         queries_.reset();
         datasets_.reset();
@@ -103,9 +97,11 @@ class Server::Impl {
     }
 
     void run() {
-        runThrough(
-            io_, [this] { endAt_ ? sayFarewell() : serve(); },
-            [this] { return endAt_ && Clock::now() >= *endAt_; });
+        if (!ending_) {
+            rescanLater();
+            entrance_->accept();
+        }
+        io_.run();
     }
 
     void stop() {
@@ -120,12 +116,6 @@ class Server::Impl {
     const std::string& deviceName() const { return context_.device; }
 
   private:
-    void serve() {
-        keepMemoryReserve();
-        rescanLater();
-        entrance_->accept();
-    }
-
     /// Before there is anything that a killed server would leave behind. Who started us under nohup wants no
     /// SIGHUP.
     void stopOnSignals() {
@@ -163,11 +153,10 @@ class Server::Impl {
         context_.closed = [this](SessionId id) {
             following_.leave(id);
             parked_.left(id, Clock::now());
-            // Later: the session that says so is in the midst of its own function. Last: where memory is too
-            // short for it, dropClosed() does it.
+            // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {
                 sessions_.erase(id);
-                if (endAt_ && sessions_.empty()) io_.stop();
+                if (ending_ && sessions_.empty()) io_.stop();
             });
         };
     }
@@ -184,7 +173,7 @@ class Server::Impl {
     /// Why no client should be sent here. Whether a device that failed draws again only a view can tell: it
     /// gets the next one after a while, so that an idle server does not stay ill for ever.
     std::optional<std::string> trouble() const {
-        if (endAt_) return "the server ends";
+        if (ending_) return "the server ends";
         const auto failed = render_->deviceFailed();
         if (failed && Clock::now() - *failed < settings_.deviceFailureTold)
             return "the device failed at the latest picture";
@@ -254,19 +243,11 @@ class Server::Impl {
     }
 
     void begin(wire::MessageStream stream, const proto::ClientMessage& hello, Role role) {
-        keepMemoryReserve();
         const SessionId id = ++lastSession_;
         const auto admission = admit(hello.hello(), id, role);
         auto session = std::make_shared<Session>(id, std::move(stream), context_, role);
         sessions_.emplace(id, session);
-        try {
-            session->start(hello, admission);
-        } catch (...) {
-            sessions_.erase(id);  // memory is short, say: it keeps no place
-            parked_.left(id, Clock::now());
-            following_.leave(id);
-            throw;
-        }
+        session->start(hello, admission);
         datasets_->rescan();
     }
 
@@ -291,11 +272,8 @@ class Server::Impl {
         rescan_.expires_after(
             std::max<Clock::duration>(settings_.rescanInterval, 20 * datasets_->lookTime()));
         rescan_.async_wait([this](const asio::error_code& code) {
-            if (code || endAt_) return;
-            keepMemoryReserve();
+            if (code || ending_) return;
             parked_.sweepUploads(Clock::now());
-            for (const auto& [id, session] : sessions_) session->closeIfInVain();
-            dropClosed();
             if (!sessions_.empty()) datasets_->rescan();
             rescanLater();
         });
@@ -311,20 +289,11 @@ class Server::Impl {
         for (const auto& [id, session] : sessions_) session->jobChanged(shared);
     }
 
+    /// Sessions have a second for their last word; then nothing is left that run() waits for.
     void end() {
-        if (endAt_) return;
-        endAt_ = Clock::now() + 2 * context_.farewellTimeout;
-        sayFarewell();
-    }
-
-    /// Sessions have a second for their last word; then nothing is left that run() waits for. Goes on where
-    /// it was broken off.
-    void sayFarewell() {
-        if (!ending_) {
-            finish_.expires_at(*endAt_);
-            finish_.async_wait([this](const asio::error_code&) { io_.stop(); });
-            ending_ = true;
-        }
+        if (std::exchange(ending_, true)) return;
+        finish_.expires_after(2 * context_.farewellTimeout);
+        finish_.async_wait([this](const asio::error_code&) { io_.stop(); });
         asio::error_code ignored;
         entrance_->close();
         http_.reset();
@@ -334,13 +303,7 @@ class Server::Impl {
         for (const auto& [id, session] : sessions_) {
             session->leave({ErrorCode::cancelled, "server", "the server ends"});
         }
-        dropClosed();
         if (sessions_.empty()) io_.stop();
-    }
-
-    /// Memory may have been too short to hear of their end.
-    void dropClosed() {
-        std::erase_if(sessions_, [](const auto& entry) { return entry.second->closed(); });
     }
 
     const ServerSettings settings_;
@@ -360,8 +323,7 @@ class Server::Impl {
     std::map<SessionId, std::shared_ptr<Session>> sessions_;
     std::optional<Entrance> entrance_;
     SessionId lastSession_ = 0;
-    std::optional<Clock::time_point> endAt_;  // at the latest, once the server ends
-    bool ending_ = false;                     // the timer for that runs
+    bool ending_ = false;
 };
 
 Server::Server(ServerSettings settings, DeviceFactory device)

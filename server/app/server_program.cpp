@@ -81,6 +81,11 @@ class Watchdog {
     std::thread thread_;
 };
 
+/// What nobody expected ends the process by a signal, and the supervisor starts another.
+void runOrDie(Server& server) noexcept {
+    server.run();
+}
+
 /// Serves until a signal ends it. Returns the exit code.
 int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
     Watchdog watchdog;
@@ -88,12 +93,15 @@ int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
     const auto started = server.start();
     if (!started.ok()) return fail(started.error().toString());
     reportStart(settings, server.deviceName());
-    if (settings.render.crashes != nullptr) settings.render.crashes->ready();
+    if (settings.render.crashes != nullptr) {
+        settings.render.crashes->ready();
+        endWithoutMemory(*settings.render.crashes);
+    }
     if (!again) {
         fmt::print("ready {} {}\n", settings.connectionFile.string(), server.deviceName());
         std::fflush(stdout);
     }
-    server.run();
+    runOrDie(server);
     server.withdraw();
     log::finish();
     watchdog.start();

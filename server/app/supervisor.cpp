@@ -9,11 +9,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <system_error>
 
 #include "protocol/mote.pb.h"
@@ -24,6 +26,9 @@
 
 namespace mote::server {
 namespace {
+
+/// Of the process that serves; null before that.
+std::atomic<CrashRecord*> servingRecord{nullptr};
 
 constexpr int killedBy = 128;  // and the signal's number, as shells say it
 constexpr std::array<int, 3> askingToEnd{SIGTERM, SIGINT, SIGHUP};
@@ -159,7 +164,8 @@ std::string textOf(const std::string& bytes) {
 
 void tell(CrashRecord& record, int signal) {
     log::reopen();  // the dead process wrote to it
-    log::error("the server was ended by SIG{} and starts again", ::sigabbrev_np(signal));
+    log::error("the server was ended by SIG{}{} and starts again", ::sigabbrev_np(signal),
+               record.wasShortOfMemory() ? ", as there was no memory left for it," : "");
     const auto view = record.view();
     if (!view) return;
     const unsigned deaths = record.count(*view);
@@ -168,6 +174,10 @@ void tell(CrashRecord& record, int signal) {
 }
 
 }  // namespace
+
+void endWithoutMemory(CrashRecord& record) {
+    servingRecord = &record;
+}
 
 int supervise(CrashRecord& record, const std::function<int(bool again)>& serve) {
     const EndSignals signals;
@@ -188,3 +198,20 @@ int supervise(CrashRecord& record, const std::function<int(bool again)>& serve) 
 }
 
 }  // namespace mote::server
+
+// Never inlined: g++ 12 takes the free() of an inlined operator delete for a mistake.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+    if (void* const found = std::malloc(size > 0 ? size : 1)) return found;
+    auto* const record = mote::server::servingRecord.load();
+    if (record == nullptr || size >= mote::server::littleMemory) throw std::bad_alloc();
+    record->shortOfMemory();
+    std::abort();
+}
+
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}

@@ -5,6 +5,7 @@
 // the next at once. Nothing is loaded again but data.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 
 #include "server/frames/crash_record.h"
@@ -17,5 +18,12 @@ namespace mote::server {
 /// Returns, in the supervisor alone, the last child's exit code, or 128 and a signal's number. No thread of
 /// ours may run yet. Throws std::system_error where no process can be made.
 int supervise(CrashRecord& record, const std::function<int(bool again)>& serve);
+
+/// From now on whoever asks operator new for less than littleMemory and finds none ends the process, which
+/// says so in the record: there is nothing to go on with, and what serves next goes on where this one was.
+/// Who asks for more is thrown std::bad_alloc, as before.
+void endWithoutMemory(CrashRecord& record);
+
+inline constexpr std::size_t littleMemory = std::size_t{1} << 20;  ///< bytes
 
 }  // namespace mote::server

@@ -22,6 +22,7 @@ constexpr std::size_t mostViews = 256;
 /// A view's bytes are there when its size is. No message of a client is longer.
 struct CrashRecord::Shared {
     std::atomic<bool> ready = false;
+    std::atomic<bool> shortOfMemory = false;
     std::atomic<bool> measured = false;
     render::DeviceCosts costs;  // where `measured`
     std::atomic<std::uint32_t> size = 0;
@@ -41,6 +42,10 @@ CrashRecord::~CrashRecord() {
 
 void CrashRecord::ready() {
     shared_->ready = true;
+}
+
+void CrashRecord::shortOfMemory() noexcept {
+    shared_->shortOfMemory = true;
 }
 
 void CrashRecord::begin(std::string_view view) {
@@ -71,11 +76,16 @@ unsigned CrashRecord::deaths(std::string_view view) const {
 
 void CrashRecord::clear() {
     shared_->ready = false;
+    shared_->shortOfMemory = false;
     shared_->size = 0;
 }
 
 bool CrashRecord::wasReady() const {
     return shared_->ready;
+}
+
+bool CrashRecord::wasShortOfMemory() const {
+    return shared_->shortOfMemory;
 }
 
 std::optional<std::string> CrashRecord::view() const {

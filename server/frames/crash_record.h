@@ -6,7 +6,7 @@
 // is forked next finds the counts.
 //
 // Views are known by the bytes of their message. The thread that renders calls begin(), end(), learn() and
-// costs(); ready() is called once, deaths() on any thread; the rest is the supervisor's.
+// costs(); ready() is called once, shortOfMemory() and deaths() on any thread; the rest is the supervisor's.
 #pragma once
 
 #include <atomic>
@@ -40,6 +40,8 @@ class CrashRecord {
     /// Measuring a device takes longer than all else that a server does before it is ready.
     void learn(const render::DeviceCosts& costs);
     std::optional<render::DeviceCosts> costs() const;
+    /// It ends, as there is no memory left. Takes none.
+    void shortOfMemory() noexcept;
     /// How many servers it has ended.
     unsigned deaths(std::string_view view) const;
 
@@ -48,6 +50,7 @@ class CrashRecord {
     /// Forgets the last process; called before one is forked.
     void clear();
     bool wasReady() const;
+    bool wasShortOfMemory() const;
     /// What was being drawn when the process died.
     std::optional<std::string> view() const;
     /// Counts one more server that the view has ended; returns how many that makes.

@@ -36,7 +36,7 @@ std::string JobQueue::madeBy(const JobRecord& record) const {
 
 bool JobQueue::isStillThere(const JobRecord& record) const {
     if (record.status.state() != State::SUCCEEDED) return false;
-    if (keepsFiles(record)) return filmIsThere(directoryOf(record), record.status.request());
+    if (keepsFiles(record)) return artifactIsThere(directoryOf(record), record.status.request());
     return !record.made.empty() && madeBy(record) == record.made;
 }
 
@@ -49,10 +49,6 @@ const JobRecord* JobQueue::sameJob(const std::string& digest) const {
 }
 
 Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string& client) {
-    return answerInOrder<Result<proto::JobStatus>>([&] { return retryNow(id, client); });
-}
-
-Result<proto::JobStatus> JobQueue::retryNow(std::string_view id, const std::string& client) {
     const auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const auto state = record->status.state();
@@ -78,7 +74,7 @@ Result<proto::JobStatus> JobQueue::retryNow(std::string_view id, const std::stri
                         "it anew",
                         id)};
     }
-    return submitNow(request, {false, record->status.time_limit_s(), client});
+    return submit(request, {false, record->status.time_limit_s(), client});
 }
 
 proto::Jobs JobQueue::page(std::uint64_t first, std::uint32_t count) const {

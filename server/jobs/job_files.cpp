@@ -15,7 +15,7 @@
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
 #include "protocol/scene/utf8.h"
-#include "server/jobs/film_files.h"
+#include "server/jobs/artifact_files.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 
@@ -122,7 +122,7 @@ Status JobFiles::prepare(const proto::JobRequest& request, const std::filesystem
     return writeFile(directory_ / "request.json", toJson(request));
 }
 
-Status JobFiles::keepFilm(const proto::JobRequest& request) {
+Status JobFiles::keepRequest(const proto::JobRequest& request) {
     MOTE_RETURN_IF_ERROR(makeFolder(directory_));
     // On the disk before anybody is told that there is such a job.
     auto written = storage::writeNewFile(directory_ / "request.json", toJsonLine(request));
@@ -130,9 +130,9 @@ Status JobFiles::keepFilm(const proto::JobRequest& request) {
     return written;
 }
 
-Status JobFiles::prepareFilm() {
+Status JobFiles::prepareArtifact() {
     forgetResults();
-    return makeFolder(filmFolder(directory_));
+    return makeFolder(artifactFolder(directory_));
 }
 
 Status JobFiles::makeScratch(const std::filesystem::path& folder) {

@@ -34,10 +34,10 @@ class JobFiles {
     Status prepare(const proto::JobRequest& request, const std::filesystem::path& output);
     /// Makes the directory of a film or an export with its request, which is too large to be kept anywhere
     /// else. Errors: as prepare; nothing is left then.
-    Status keepFilm(const proto::JobRequest& request);
+    Status keepRequest(const proto::JobRequest& request);
     /// The same directory before an attempt: a place for what it makes, no results of an earlier one; what is
     /// made of a film stays. Errors: as prepare.
-    Status prepareFilm();
+    Status prepareArtifact();
 
     /// An empty folder of the job's. Errors: as prepare.
     static Status makeScratch(const std::filesystem::path& folder);

@@ -95,29 +95,6 @@ void JobQueue::goOnAfterHold() {
     scheduleSoon();
 }
 
-Error JobQueue::shortOfMemory() {
-    return {ErrorCode::resourceExhausted, "", "there is not enough memory for it now"};
-}
-
-/// What is stored is what was told, at any moment: as of a server that was killed here, and its runs are
-/// found again. Where there is no memory even for that, the server ends and another does it.
-void JobQueue::takeUpAnew(const std::exception& failure) noexcept {
-    log::failure("jobs are taken up anew", failure);
-    active_.clear();
-    unsure_.clear();
-    again_.clear();
-    timer_.cancel();
-    holdTimer_.cancel();
-    held_ = waiting_ = scheduling_ = looking_ = false;
-    if (!table_) return;
-    if (const auto known = table_->load(); !known.ok()) hold(known.error());
-    goOn();
-    for (const auto* record : table_->all()) {
-        if (isLive(*record)) tell(*record);
-    }
-    hold(shortOfMemory());  // what fails again and again is not tried again and again
-}
-
 /// It keeps its place in the queue.
 void JobQueue::waitForPlace(JobRecord& record, const Error& why) {
     tellWhyItWaits(record, why);

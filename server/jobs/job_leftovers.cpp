@@ -9,7 +9,6 @@
 #include "server/jobs/drafts.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/job_request_check.h"
-#include "server/log.h"
 
 namespace mote::server {
 
@@ -44,15 +43,8 @@ void JobQueue::removeStrayUploads() {
     }
 }
 
-/// What memory is too short to remove now, the next start removes.
 void JobQueue::onDisk(std::function<void()> work) {
-    asio::post(disk_, [work = std::move(work)] {
-        try {
-            work();
-        } catch (const std::exception& failure) {
-            log::failure("files are left", failure);
-        }
-    });
+    asio::post(disk_, std::move(work));
 }
 
 /// Nothing of the job runs any more.

@@ -67,16 +67,6 @@ void forgetBulk(proto::JobRequest& request) {
     select.set_named(fmt::format("a selection of {} bytes, which is with the job's files", bytes));
 }
 
-/// Somebody waits for the answer.
-Result<FilmPiece> readOrSayWhy(const std::filesystem::path& directory, const proto::JobRequest& job,
-                               const proto::FetchFilm& request) {
-    try {
-        return readFilm(directory, job, request);
-    } catch (const std::exception& failure) {
-        return Error{ErrorCode::resourceExhausted, "id", failure.what()};
-    }
-}
-
 /// Of a film or an export that cannot be fetched.
 std::string whyNot(const proto::JobStatus& status) {
     switch (status.state()) {
@@ -192,7 +182,7 @@ void JobQueue::removeStrayDirectories() {
         const auto* record = table_->find(entry->path().filename().string());
         if (record && (isLive(*record) || hasFiles(*record))) continue;
         // Of a film that is not there the request stays, which may be tried again.
-        strays.push_back(record && keepsFiles(*record) ? filmFolder(entry->path()) : entry->path());
+        strays.push_back(record && keepsFiles(*record) ? artifactFolder(entry->path()) : entry->path());
     }
     for (const auto& stray : strays) removeSoon(stray);
 }
@@ -235,10 +225,6 @@ Status JobQueue::checkRoom(const std::string& client) const {
 }
 
 Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, const JobWish& wish) {
-    return answerInOrder<Result<proto::JobStatus>>([&] { return submitNow(request, wish); });
-}
-
-Result<proto::JobStatus> JobQueue::submitNow(const proto::JobRequest& request, const JobWish& wish) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
     const auto valid = parseJobRequest(request);
     const auto* uploads = uploads_.empty() ? "" : Uploads::root;
@@ -257,7 +243,7 @@ Result<proto::JobStatus> JobQueue::submitNow(const proto::JobRequest& request, c
                           uploads_.empty() ? Result<proto::JobRequest>(request)
                                            : Uploads::adopt(request, uploads_, record.status.id()));
     if (staysWithJob(request)) {
-        MOTE_RETURN_IF_ERROR(JobFiles(directoryOf(record)).keepFilm(request));
+        MOTE_RETURN_IF_ERROR(JobFiles(directoryOf(record)).keepRequest(request));
         forgetBulk(*record.status.mutable_request());
     }
     record.status.set_state(State::QUEUED);
@@ -280,10 +266,6 @@ Result<proto::JobStatus> JobQueue::submitNow(const proto::JobRequest& request, c
 }
 
 Status JobQueue::cancel(std::string_view id) {
-    return answerInOrder<Status>([&] { return cancelNow(id); });
-}
-
-Status JobQueue::cancelNow(std::string_view id) {
     auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const bool waits = record->status.state() == State::QUEUED || hasFiles(*record);
@@ -341,15 +323,15 @@ Result<JobRecord> JobQueue::finishedMaker(std::string_view id) const {
                              whyNot(record->status))};
 }
 
-void JobQueue::fetchFilm(const proto::FetchFilm& request, FilmListener done) {
+void JobQueue::fetchArtifact(const proto::FetchFilm& request, ArtifactListener done) {
     auto record = finishedMaker(request.id());
-    auto answer = [alive = std::weak_ptr(alive_), done = std::move(done)](Result<FilmPiece> piece) {
+    auto answer = [alive = std::weak_ptr(alive_), done = std::move(done)](Result<ArtifactPiece> piece) {
         if (!alive.expired()) done(std::move(piece));
     };
     if (!record.ok()) return asio::post(context_, [answer, error = record.error()] { answer(error); });
     asio::post(
         disk_, [this, answer, request, directory = directoryOf(*record), job = record->status.request()] {
-            auto piece = readOrSayWhy(directory, job, request);
+            auto piece = readArtifact(directory, job, request);
             asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
         });
 }

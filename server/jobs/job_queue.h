@@ -24,7 +24,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/jobs/film_files.h"
+#include "server/jobs/artifact_files.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/job_table.h"
@@ -44,7 +44,7 @@ struct JobWish {
 class JobQueue {
   public:
     using Listener = std::function<void(const proto::JobStatus&)>;
-    using FilmListener = std::function<void(Result<FilmPiece>)>;
+    using ArtifactListener = std::function<void(Result<ArtifactPiece>)>;
 
     /// Nothing is touched before start().
     JobQueue(asio::io_context& context, JobSettings settings);
@@ -94,8 +94,8 @@ class JobQueue {
 
     /// Reads a piece of a film or export that is done; `done` hears of it later, unless the queue is
     /// destroyed first. Errors: notFound (no such job, or it is not done), invalidArgument (it makes
-    /// neither), as readFilm.
-    void fetchFilm(const proto::FetchFilm& request, FilmListener done);
+    /// neither), as readArtifact.
+    void fetchArtifact(const proto::FetchFilm& request, ArtifactListener done);
 
     /// The folder of clients' uploads; empty where there are none.
     const std::filesystem::path& uploads() const { return uploads_; }
@@ -128,9 +128,6 @@ class JobQueue {
     void removeStrayDrafts();
 
     Status checkRoom(const std::string& client) const;
-    Result<proto::JobStatus> submitNow(const proto::JobRequest& request, const JobWish& wish);
-    Result<proto::JobStatus> retryNow(std::string_view id, const std::string& client);
-    Status cancelNow(std::string_view id);
     std::uint32_t timeLimitOf(const JobWish& wish) const;
     const JobRecord* sameJob(const std::string& digest) const;
     std::string madeBy(const JobRecord& record) const;
@@ -154,8 +151,8 @@ class JobQueue {
 
     void end(std::int64_t number, const RunEnd& how);
     void conclude(JobRecord& record, JobFiles& files, const RunEnd& end);
-    void concludeFilm(JobRecord& record, JobFiles& files, const std::optional<JobFiles::Outcome>& outcome,
-                      const RunEnd& end);
+    void concludeArtifact(JobRecord& record, JobFiles& files, const std::optional<JobFiles::Outcome>& outcome,
+                          const RunEnd& end);
     void lost(JobRecord& record, JobFiles& files, const RunEnd& end);
     void interrupted(JobRecord& record, JobFiles& files, const std::string& how);
     void finish(JobRecord& record, proto::JobStatus::State state, std::string error = {});
@@ -164,26 +161,9 @@ class JobQueue {
     template <class Call>
     auto whileAlive(Call call) {
         return [this, alive = std::weak_ptr(alive_), call = std::move(call)](const auto&... values) mutable {
-            if (!alive.expired()) inOrder([&] { call(values...); });
+            if (!alive.expired()) call(values...);
         };
     }
-    /// Runs what changes jobs; where memory is short in its midst, what is half done is taken back.
-    template <class Work>
-    void inOrder(Work work) {
-        try {
-            work();
-        } catch (const std::exception& failure) {
-            takeUpAnew(failure);
-        }
-    }
-    template <class Answer, class Work>
-    Answer answerInOrder(Work work) {
-        Answer answer = shortOfMemory();
-        inOrder([&] { answer = work(); });
-        return answer;
-    }
-    static Error shortOfMemory();
-    void takeUpAnew(const std::exception& failure) noexcept;
     // What the place, and no job, is to blame for (job_hold.cpp).
     void rememberRoots();
     void lookForRoots();

@@ -11,7 +11,7 @@
 #include <chrono>
 #include <utility>
 
-#include "server/jobs/film_files.h"
+#include "server/jobs/artifact_files.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/run_orders.h"
@@ -113,20 +113,10 @@ void JobQueue::begin(JobRecord& record) {
     // The state directory's, whatever it is.
     if (!order.ok()) return waitForPlace(record, order.error());
     const auto number = record.number;
-    const auto call = std::make_shared<bool>(true);  // this one, for as long as it lasts
-    const auto started = [this, number, within = std::weak_ptr(call),
-                          alive = std::weak_ptr(alive_)](auto run) {
-        if (alive.expired()) return;
-        if (!within.expired()) return begun(number, std::move(run));
-        inOrder([&] { begun(number, std::move(run)); });
-    };
     starting_.emplace(number, isFilm(record));
-    try {
-        runnerOf(record).start(*order, started);
-    } catch (...) {
-        starting_.erase(number);
-        throw;
-    }
+    runnerOf(record).start(*order, [this, number, alive = std::weak_ptr(alive_)](auto run) {
+        if (!alive.expired()) begun(number, std::move(run));
+    });
 }
 
 /// The run waits for go(). It may have been cancelled meanwhile.
@@ -187,8 +177,8 @@ Result<RunOrder> JobQueue::prepare(const JobRecord& record, JobFiles& files,
     if (keepsFiles(record)) {
         std::error_code code;
         // An export begins anew; of a film goes on what is there.
-        if (!isFilm(record)) std::filesystem::remove_all(filmFolder(directory), code);
-        MOTE_RETURN_IF_ERROR(files.prepareFilm());
+        if (!isFilm(record)) std::filesystem::remove_all(artifactFolder(directory), code);
+        MOTE_RETURN_IF_ERROR(files.prepareArtifact());
         order = isFilm(record) ? filmOrder(settings_, directory) : exportOrder(settings_, roots_, directory);
     } else {
         MOTE_RETURN_IF_ERROR(files.prepare(record.status.request(), output));
@@ -242,7 +232,7 @@ void JobQueue::end(std::int64_t number, const RunEnd& how) {
 void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
     const auto read = files.outcome();
     if (!read.ok()) return lookWhenPossible(record, end, read.error());
-    if (keepsFiles(record)) return concludeFilm(record, files, *read, end);
+    if (keepsFiles(record)) return concludeArtifact(record, files, *read, end);
     const auto output = findOutput(record.status.request(), roots_);
     // Its output may well be there.
     if (!output.ok() && output.error().code == ErrorCode::resourceExhausted)
@@ -269,15 +259,15 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
 }
 
 /// A film that was ended by a signal goes on where it was, too.
-void JobQueue::concludeFilm(JobRecord& record, JobFiles& files,
-                            const std::optional<JobFiles::Outcome>& outcome, const RunEnd& end) {
+void JobQueue::concludeArtifact(JobRecord& record, JobFiles& files,
+                                const std::optional<JobFiles::Outcome>& outcome, const RunEnd& end) {
     if (record.cancelRequested) return finish(record, State::CANCELLED);
     if (!outcome || isTaken(*outcome, end)) return lost(record, files, end);
     if (outcome->signalled) return interrupted(record, files, endedBySignal(record, outcome->number));
     if (!outcome->timedOut && outcome->number == EX_TEMPFAIL)
         return tryLater(record, files, sentenceOf(*outcome, record));
     if (outcome->number != 0) return finish(record, State::FAILED, sentenceOf(*outcome, record));
-    if (filmIsThere(files.directory(), record.status.request())) return finish(record, State::SUCCEEDED);
+    if (artifactIsThere(files.directory(), record.status.request())) return finish(record, State::SUCCEEDED);
     finish(record, State::FAILED,
            fmt::format("{} ended without an error, but its {} is not there", programOf(record),
                        isFilm(record) ? "film" : "export"));
@@ -333,7 +323,7 @@ void JobQueue::clearAway(const JobRecord& record) {
     if (readsUploads(record.status.request())) removeSoon(uploads_ / record.status.id());
     if (!keepsFiles(record)) return files.remove();
     files.removeRest();
-    if (!hasFiles(record)) discard(record, filmFolder(files.directory()));
+    if (!hasFiles(record)) discard(record, artifactFolder(files.directory()));
 }
 
 }  // namespace mote::server

@@ -2,7 +2,7 @@
 //
 // JobService: the job queue on a thread of its own. What the queue does with files takes as long as the disk
 // likes: requests and uploads are looked at, stored and removed there, and only who asked waits for it. Owned
-// by the server; all functions on the thread of `home`, where answers and changes are told too.
+// by the server; all functions on the thread of `home`, where changes are told too.
 #pragma once
 
 #include <asio/executor_work_guard.hpp>
@@ -42,11 +42,11 @@ class JobService {
     /// As JobQueue::stop, soon; questions are still answered.
     void stop();
 
-    /// `answered` is called once, never from within, unless the service ends first; the order is kept among
-    /// answers and changes. A question that throws is answered resourceExhausted.
+    /// `answered` is called once, on the queue's thread, unless the service ends first. What changes after
+    /// that is told after it.
     void ask(Question question, Answered answered);
-    /// As JobQueue::fetchFilm.
-    void fetchFilm(const proto::FetchFilm& request, JobQueue::FilmListener done);
+    /// As JobQueue::fetchArtifact; `done` is called on the queue's thread.
+    void fetchArtifact(const proto::FetchFilm& request, JobQueue::ArtifactListener done);
 
     /// As JobQueue::counts, when a job changed last.
     const Counts& counts() const { return *counts_; }
@@ -57,8 +57,6 @@ class JobService {
     Uploads::Remove remover();
 
   private:
-    Result<proto::ServerMessage> answerOf(const Question& question);
-    void run();
     void tell(const proto::JobStatus& job);
     void tellCounts();
 

@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "protocol/scene/job_request.h"
-#include "server/jobs/film_files.h"
+#include "server/jobs/artifact_files.h"
 #include "server/jobs/find_program.h"
 #include "server/jobs/uploads.h"
 
@@ -97,7 +97,7 @@ RunOrder prepOrder(const JobSettings& settings, const storage::Roots& roots,
 RunOrder exportOrder(const JobSettings& settings, const storage::Roots& roots,
                      const std::filesystem::path& directory) {
     auto order = makeOrder(settings, roots, directory, 1);
-    const auto folder = filmFolder(directory);
+    const auto folder = artifactFolder(directory);
     order.program.insert(order.program.end(), {"--output", (folder / exportName).string()});
     order.writable = folder;
     return order;
@@ -110,7 +110,7 @@ RunOrder filmOrder(const JobSettings& settings, const std::filesystem::path& dir
         settings.frames.string(), "--job",         (directory / "request.json").string(), "--connect",
         connection.string(),      "--progress-fd", std::to_string(progressDescriptor)};
     order.readable = {connection.parent_path()};
-    order.writable = filmFolder(directory);
+    order.writable = artifactFolder(directory);
     order.niceness = kFilmNiceness;
     order.unixSockets = true;
     return order;

@@ -4,20 +4,12 @@
 #include <fmt/format.h>
 
 #include <asio/co_spawn.hpp>
-#include <asio/post.hpp>
+#include <asio/detached.hpp>
 
 #include "protocol/scene/utf8.h"
 #include "server/log.h"
 
 namespace mote::server {
-namespace {
-
-proto::ServerMessage failure(const Error& error) {
-    return failureMessage(0, error, false);
-}
-
-}  // namespace
-
 Session::Session(SessionId id, wire::MessageStream stream, SessionContext& context, Role role)
     : id_(id),
       context_(context),
@@ -25,42 +17,27 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       executor_(stream.executor()),
       stream_(std::move(stream)),
       deadline_(executor_),
-      pace_(executor_),
-      life_(executor_),
+      lookAt_(executor_),
       readerWake_(executor_),
       workerWake_(executor_),
       writerWake_(executor_),
       answersWake_(executor_),
+      frames_(std::make_shared<FrameSender>(id, executor_, *context.render, context.crashes, outbox_,
+                                            [this] { writerWake_.notify(); })),
       commandAccount_(maxCommandBytes, context.datasets->budget()),
       queries_(context.queries, executor_, context.datasets->budget()),
       uploads_(std::make_shared<Uploads>(context.uploads, context.removeUploads)) {}
 
 void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
-    try {
-        welcome(hello, admission);
-        spawnAll();
-    } catch (...) {
-        close();  // memory is short, say: nobody goes on drawing for it
-        throw;
+    welcome(hello, admission);
+    for (const auto coroutine : {&Session::read, &Session::work, &Session::write, &Session::handOnAnswers}) {
+        asio::co_spawn(
+            executor_, [self = shared_from_this(), coroutine] { return self->runOrClose(coroutine); },
+            asio::detached);
     }
 }
 
-void Session::spawnAll() {
-    const auto spawn = [this](asio::awaitable<void> (Session::*coroutine)()) {
-        asio::co_spawn(
-            executor_, [self = shared_from_this(), coroutine] { return self->runOrClose(coroutine); },
-            [self = shared_from_this()](const std::exception_ptr& failure) {
-                if (failure) self->close();  // there was no memory to begin it
-            });
-    };
-    spawn(&Session::read);
-    spawn(&Session::work);
-    spawn(&Session::write);
-    spawn(&Session::handOnAnswers);
-}
-
-/// Memory is short, say: this connection ends, the server goes on. Not left to the handler of co_spawn(),
-/// which takes memory itself.
+/// Whatever of our own is broken: this connection ends, the server goes on.
 asio::awaitable<void> Session::runOrClose(asio::awaitable<void> (Session::*coroutine)()) {
     try {
         co_await (this->*coroutine)();
@@ -83,7 +60,7 @@ asio::awaitable<void> Session::read() {
         const auto status = co_await stream_.read(message, payload, wire::clientLimits);
         if (!status.ok()) co_return leave(status.error());
         context_.parked->confirm(id_);  // it answers a welcome
-        noteWish(message);
+        life_.heard(message, Clock::now());
         co_await handle(std::move(message));
     }
 }
@@ -92,8 +69,9 @@ void Session::welcome(const proto::ClientMessage& message, const ParkedSessions:
     context_.metrics->sessions.add();
     log::info(log::session(id_), "\"{}\" connected{}", toLogText(message.hello().client()),
               admission.resumed ? fmt::format(" and goes on from session {}", admission.before) : "");
-    begin(message.hello());
-    beginLife(message.hello());
+    frames_->open(message.hello());
+    life_ = ClientLife(message.hello(), context_.silence, context_.idle, Clock::now());
+    lookLater();
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
     welcome.set_server(context_.server);
@@ -127,17 +105,13 @@ asio::awaitable<void> Session::goOn() {
 asio::awaitable<void> Session::handle(proto::ClientMessage message) {
     using Body = proto::ClientMessage;
     const std::uint64_t request = message.request();
-    const auto may = allowed(message);
-    if (!may.ok()) {
-        reply(request, failureMessage(request, may.error(), false));
-        co_return;
-    }
+    if (const auto may = allowed(role_, message); !may.ok()) co_return refuse(request, may.error());
     switch (message.body_case()) {
         case Body::kSetView:
             co_await setView(request, message.set_view());
             break;
         case Body::kCredit:
-            returnCredit(message.credit());
+            if (const auto taken = frames_->returned(message.credit()); !taken.ok()) leave(taken.error());
             break;
         case Body::kPing: {
             proto::ServerMessage pong;
@@ -165,8 +139,7 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
             break;
         case Body::BODY_NOT_SET:
             // A newer minor version may know more than we do.
-            reply(request, failureMessage(
-                               request, {ErrorCode::unsupported, "message", "it is not known here"}, false));
+            refuse(request, {ErrorCode::unsupported, "message", "it is not known here"});
             break;
         default:
             while (!commandsHaveRoom() && !closed_) co_await readerWake_.wait();
@@ -180,10 +153,10 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
 
 asio::awaitable<void> Session::write() {
     const Outbox::Piece pieces = [this](const RenderedFrame& frame, std::size_t begin, std::size_t left) {
-        return piece(frame, begin, left);
+        return frames_->piece(frame, begin, left);
     };
     while (!closed_) {
-        dropStaleFrames();
+        frames_->dropStale(context_.staleAfter);
         auto item = outbox_.next(pieces);
         if (!item) {
             co_await writerWake_.wait();
@@ -191,7 +164,7 @@ asio::awaitable<void> Session::write() {
         }
         readerWake_.notify();
         if (item->kind == Outbox::Item::Kind::allJobs) {
-            co_await askJobs(0, allJobs, writerWake_);
+            co_await askJobs(0, allJobs);
             continue;
         }
         fill(*item);
@@ -199,7 +172,7 @@ asio::awaitable<void> Session::write() {
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
         const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
         if (status.ok()) context_.metrics->countSent(item->message, payload.size());
-        noteNews(item->message);
+        life_.told(item->message, Clock::now());
         if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
             // Nothing of it went out: the client hears why instead.
             outbox_.reply(failureMessage(item->message.reply_to(), status.error(), false));
@@ -221,7 +194,7 @@ void Session::fill(Outbox::Item& item) {
         *item.message.mutable_followed() = followed_;
         item.message.set_reply_to(std::exchange(followReply_, 0));
     } else if (item.kind == Kind::frame) {
-        fillFrame(item);
+        frames_->fill(item);
     }
 }
 
@@ -234,6 +207,10 @@ void Session::reply(std::uint64_t to, Reply reply) {
     writerWake_.notify();
 }
 
+void Session::refuse(std::uint64_t to, const Error& error) {
+    reply(to, failureMessage(to, error, false));
+}
+
 void Session::catalogueChanged() {
     outbox_.catalogueChanged();
     writerWake_.notify();
@@ -241,23 +218,40 @@ void Session::catalogueChanged() {
 
 void Session::jobChanged(std::shared_ptr<const proto::JobStatus> job) {
     if (!watchesJobs_) return;
-    orClose([&] { outbox_.jobChanged(std::move(job)); });
+    outbox_.jobChanged(std::move(job));
     writerWake_.notify();
 }
 
 // ---------------------------------------------------------------------------------------------- ending
+
+void Session::lookLater() {
+    const auto wait = life_.interval();
+    if (wait.count() == 0) return;
+    lookAt_.expires_after(wait);
+    lookAt_.async_wait([weak = weak_from_this()](const asio::error_code& code) {
+        const auto self = weak.lock();
+        if (!code && self && !self->closed_ && !self->leaving_) self->look();
+    });
+}
+
+void Session::look() {
+    const auto found = life_.at(Clock::now(), stream_.progress());
+    if (found.end) return leave(*found.end);
+    if (found.ask) {
+        proto::ServerMessage ping;
+        ping.mutable_ping();
+        reply(0, std::move(ping));
+    }
+    lookLater();
+}
 
 void Session::leave(const Error& reason) {
     if (leaving_ || closed_) return;
     const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
     if (gone) return close();
     leaving_ = true;
-    orClose([&] { sayFarewell(reason); });
-}
-
-void Session::sayFarewell(const Error& reason) {
     log::info(log::session(id_), "closed: {}", toLogText(reason.toString()));
-    context_.render->close(id_);  // nothing more is drawn or counted for it
+    frames_->close();
     queries_.close();
     outbox_.farewell(failureMessage(0, reason, true));
     writerWake_.notify();
@@ -271,106 +265,18 @@ void Session::sayFarewell(const Error& reason) {
 
 void Session::close() {
     if (std::exchange(closed_, true)) return;
-    const bool told = std::exchange(leaving_, true);
-    stream_.close();  // first, as it takes no memory: whatever follows, the client is not left waiting
-    context_.render->close(id_);
+    // Who was told why it ends has its line in the log.
+    if (!std::exchange(leaving_, true)) log::info(log::session(id_), "left");
+    stream_.close();
+    frames_->close();
     deadline_.cancel();
-    pace_.cancel();
-    life_.cancel();
+    lookAt_.cancel();
     readerWake_.notify();
     workerWake_.notify();
     writerWake_.notify();
     answersWake_.notify();
     queries_.close();
     context_.closed(id_);
-    // Who was told why it ends has its line in the log. Last: where memory is too short for it, all else is
-    // done.
-    if (!told) log::info(log::session(id_), "left");
-}
-
-void Session::closeIfInVain() {
-    if (!*inVain_ || closed_) return;
-    close();
-    log::warn(log::session(id_), "memory was too short to answer it");
-}
-
-asio::awaitable<void> Session::work() {
-    while (!leaving_ && !closed_) {
-        if (commands_.empty()) {
-            co_await workerWake_.wait();
-            continue;
-        }
-        Command command = std::move(commands_.front());
-        commands_.pop_front();
-        readerWake_.notify();
-        co_await workOn(command.message);
-        command.hold = {};
-        readerWake_.notify();
-    }
-}
-
-/// The writer wakes readers and workers alike when there is room again.
-asio::awaitable<void> Session::workOn(proto::ClientMessage& command) {
-    if (auto question = jobQuestion(command)) {
-        while (!outbox_.room() && !closed_) co_await readerWake_.wait();
-        co_return co_await askJobs(command.request(), std::move(question), workerWake_);
-    }
-    auto answered = co_await answer(command);
-    while (!outbox_.room() && !closed_) co_await readerWake_.wait();
-    reply(command.request(), std::move(answered));
-}
-
-asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
-    using Body = proto::ClientMessage;
-    switch (command.body_case()) {
-        case Body::kListDatasets:
-            co_return co_await listDatasets();
-        case Body::kDescribe:
-            co_return co_await describe(command.describe().dataset());
-        case Body::kFetchFilm:
-            co_return co_await fetchFilm(command.fetch_film());
-        default:
-            co_return failure({ErrorCode::unsupported, "message", "it is not known here"});
-    }
-}
-
-template <class Answer>
-Asker<Answer> Session::asker(std::shared_ptr<std::optional<Answer>> answer, Wakeup& wake) {
-    return {[weak = weak_from_this(), executor = executor_, answer = std::move(answer), &wake](Answer told) {
-                asio::post(executor, [weak, answer, &wake, told = std::move(told)]() mutable {
-                    answer->emplace(std::move(told));
-                    if (const auto self = weak.lock()) wake.notify();
-                });
-            },
-            [inVain = inVain_] { *inVain = true; }};
-}
-
-asio::awaitable<Status> Session::rescan(Wakeup& wake) {
-    const auto answer = std::make_shared<std::optional<Status>>();
-    context_.datasets->rescan(asker(answer, wake));
-    while (!*answer && !closed_) co_await wake.wait();
-    if (!*answer) co_return Error{ErrorCode::cancelled, "connection", "closed"};
-    co_return *std::move(*answer);
-}
-
-/// What is on the disk now, not what was at the last look.
-asio::awaitable<proto::ServerMessage> Session::listDatasets() {
-    const auto looked = co_await rescan(workerWake_);
-    if (!looked.ok()) co_return failure(looked.error());
-    proto::ServerMessage message;
-    *message.mutable_catalogue() = *context_.datasets->catalogue();
-    co_return message;
-}
-
-asio::awaitable<proto::ServerMessage> Session::describe(const std::string& dataset) {
-    const auto answer = std::make_shared<std::optional<Result<proto::Description>>>();
-    context_.datasets->describe(dataset, asker(answer, workerWake_));
-    while (!*answer && !closed_) co_await workerWake_.wait();
-    if (!*answer) co_return failure({ErrorCode::cancelled, "connection", "closed"});
-    if (!(*answer)->ok()) co_return failure((*answer)->error());
-    proto::ServerMessage message;
-    *message.mutable_description() = std::move((*answer)->value());
-    co_return message;
 }
 
 }  // namespace mote::server

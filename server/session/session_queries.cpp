@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <asio/post.hpp>
-#include <new>
 
 namespace mote::server {
 
@@ -46,11 +45,7 @@ void SessionQueries::start() {
                 if (!own) return;
                 const auto found = own->atWork.find(request);
                 if (found == own->atWork.end() || found->second.serial != serial) return;  // it was cancelled
-                try {
-                    own->answers.push_back({request, std::move(answer)});
-                } catch (const std::bad_alloc&) {
-                    own->lost = true;
-                }
+                own->answers.push_back({request, std::move(answer)});
                 ready();
             });
         };
@@ -60,7 +55,6 @@ void SessionQueries::start() {
 }
 
 std::optional<SessionQueries::Answered> SessionQueries::take() {
-    if (desk_ && desk_->lost) throw std::bad_alloc();
     if (!desk_ || desk_->answers.empty()) return std::nullopt;
     auto answered = std::move(desk_->answers.front());
     desk_->answers.pop_front();

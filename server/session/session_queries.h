@@ -37,8 +37,7 @@ class SessionQueries {
     /// `ready` is called when take() may have something. Errors: resourceExhausted (there are too many),
     /// invalidArgument (a query with this number is not answered yet), unsupported.
     Status ask(std::uint64_t request, proto::Query query, std::function<void()> ready);
-    /// The next answer that is to be sent; with that the query goes on. Throws std::bad_alloc where memory
-    /// was too short to keep one.
+    /// The next answer that is to be sent; with that the query goes on.
     std::optional<Answered> take();
     /// It ends with a failure, which take() gives, where it is not answered yet.
     void cancel(std::uint64_t request);
@@ -61,7 +60,6 @@ class SessionQueries {
     struct Desk {
         std::map<std::uint64_t, AtWork> atWork;  ///< by request
         std::deque<Answered> answers;
-        bool lost = false;  ///< an answer, as memory was short
     };
     void start();
 

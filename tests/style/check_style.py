@@ -34,7 +34,7 @@ CROWDED = {
     "tests/views": 11,
 }
 SPREAD_CLASSES = {
-    "client/shared": 1, "preprocess/readers/openpmd": 1, "server/jobs": 1, "server/session": 1,
+    "client/shared": 1, "preprocess/readers/openpmd": 1, "server/jobs": 1,
 }
 SMALL_HEADERS = {
     "client/frames": 5, "client/frames/video": 1, "client/shared": 1, "client/stats": 1, "client/view": 2,
@@ -52,7 +52,7 @@ SMALL_HEADERS = {
     "tests/bench/ink": 2, "tests/bench/link": 1, "tests/bench/memory": 2, "tests/bench/orbit": 2,
     "tests/bench/stipple_quality": 3, "tests/bench/stipple_tone": 2, "tests/bench/transport": 1, "tests/bench/video": 1,
     "tests/fuzz": 2, "tests/golden": 3, "tests/reference": 2, "tests/unit/damage": 1, "tests/unit/hybrid": 1,
-    "tests/unit/jobs": 1, "tests/unit/readers": 1, "tests/unit/scene": 1, "tests/unit/session": 1,
+    "tests/unit/jobs": 1, "tests/unit/readers": 1, "tests/unit/scene": 1,
     "tests/unit/synth": 1, "tests/unit/view": 1, "tests/views": 10,
 }
 

@@ -5,11 +5,15 @@
 #include "server/app/supervisor.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
+#include <list>
+#include <new>
+#include <vector>
 
 namespace mote::server {
 namespace {
@@ -27,6 +31,28 @@ TEST(Supervisor, WhatASignalEndsIsStartedAgain) {
         std::signal(SIGABRT, SIG_DFL);
         ::raise(SIGKILL);
         std::_Exit(1);
+    });
+    EXPECT_EQ(code, 9);
+}
+
+/// First little is asked for where there is nothing, then much.
+TEST(Supervisor, WithoutMemoryForLittleAnotherServes) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "it has its own malloc, which ends the process itself";
+#endif
+    CrashRecord record;
+    const int code = supervise(record, [&](bool again) -> int {
+        std::signal(SIGABRT, SIG_DFL);
+        record.ready();
+        endWithoutMemory(record);
+        const rlimit none{0, RLIM_INFINITY};
+        ::setrlimit(RLIMIT_AS, &none);
+        std::list<std::vector<char>> all;
+        try {
+            for (;;) all.emplace_back(again ? littleMemory : littleMemory / 1000);
+        } catch (const std::bad_alloc&) {
+            std::_Exit(again ? 9 : 1);
+        }
     });
     EXPECT_EQ(code, 9);
 }

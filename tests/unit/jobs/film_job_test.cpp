@@ -242,8 +242,9 @@ TEST_F(FilmJobTest, filesAreFetchedPieceByPiece) {
     request.mutable_film()->set_video("mp4");
     const auto id = queue_->submit(request)->id();
     waitForState(id, State::SUCCEEDED);
-    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, largestFilmPiece - 1, largestFilmPiece,
-                                   largestFilmPiece + 1, 3 * largestFilmPiece + 77}) {
+    for (const std::size_t size :
+         {std::size_t{0}, std::size_t{1}, largestArtifactPiece - 1, largestArtifactPiece,
+          largestArtifactPiece + 1, 3 * largestArtifactPiece + 77}) {
         const auto bytes = writeFile(id, "film.mp4", size);
         std::vector<std::uint8_t> got;
         do {
@@ -251,7 +252,7 @@ TEST_F(FilmJobTest, filesAreFetchedPieceByPiece) {
             ASSERT_TRUE(piece.ok()) << piece.error().toString();
             EXPECT_EQ(piece->message.size(), size);
             EXPECT_EQ(piece->message.begin(), got.size());
-            EXPECT_LE(piece->bytes.size(), largestFilmPiece);
+            EXPECT_LE(piece->bytes.size(), largestArtifactPiece);
             got.insert(got.end(), piece->bytes.begin(), piece->bytes.end());
         } while (got.size() < size);
         EXPECT_EQ(got, bytes);
@@ -263,7 +264,7 @@ TEST_F(FilmJobTest, filesAreFetchedPieceByPiece) {
 
 TEST_F(FilmJobTest, whatCannotBeFetchedIsSaidInOneSentence) {
     startServer();
-    const auto wrong = [&](const Result<FilmPiece>& piece, ErrorCode code, const std::string& where,
+    const auto wrong = [&](const Result<ArtifactPiece>& piece, ErrorCode code, const std::string& where,
                            const std::string& words) {
         ASSERT_FALSE(piece.ok()) << words;
         EXPECT_EQ(piece.error().code, code) << words;

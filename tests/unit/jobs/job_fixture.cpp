@@ -105,9 +105,9 @@ void JobTest::releaseFilm(const std::string& id, const std::string& name) {
     close(fifo);
 }
 
-Result<FilmPiece> JobTest::fetch(const proto::FetchFilm& request) {
-    std::optional<Result<FilmPiece>> answer;
-    queue_->fetchFilm(request, [&](Result<FilmPiece> piece) { answer.emplace(std::move(piece)); });
+Result<ArtifactPiece> JobTest::fetch(const proto::FetchFilm& request) {
+    std::optional<Result<ArtifactPiece>> answer;
+    queue_->fetchArtifact(request, [&](Result<ArtifactPiece> piece) { answer.emplace(std::move(piece)); });
     EXPECT_FALSE(answer) << "it is never told from within the call";
     const auto deadline = std::chrono::steady_clock::now() + kPatience;
     while (!answer && std::chrono::steady_clock::now() < deadline) {
@@ -118,7 +118,7 @@ Result<FilmPiece> JobTest::fetch(const proto::FetchFilm& request) {
     return *std::move(answer);
 }
 
-Result<FilmPiece> JobTest::fetchPicture(const std::string& id, std::uint32_t frame, std::uint64_t begin) {
+Result<ArtifactPiece> JobTest::fetchPicture(const std::string& id, std::uint32_t frame, std::uint64_t begin) {
     proto::FetchFilm request;
     request.set_id(id);
     request.set_frame(frame);
@@ -126,7 +126,7 @@ Result<FilmPiece> JobTest::fetchPicture(const std::string& id, std::uint32_t fra
     return fetch(request);
 }
 
-Result<FilmPiece> JobTest::fetchVideo(const std::string& id, std::uint64_t begin) {
+Result<ArtifactPiece> JobTest::fetchVideo(const std::string& id, std::uint64_t begin) {
     proto::FetchFilm request;
     request.set_id(id);
     request.set_begin(begin);

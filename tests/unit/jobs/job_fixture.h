@@ -44,9 +44,9 @@ class JobTest : public ::testing::Test {
     /// Lets a film go on that waits at this fifo.
     void releaseFilm(const std::string& id, const std::string& name);
     /// Waits for the answer.
-    Result<FilmPiece> fetch(const proto::FetchFilm& request);
-    Result<FilmPiece> fetchPicture(const std::string& id, std::uint32_t frame, std::uint64_t begin = 0);
-    Result<FilmPiece> fetchVideo(const std::string& id, std::uint64_t begin = 0);
+    Result<ArtifactPiece> fetch(const proto::FetchFilm& request);
+    Result<ArtifactPiece> fetchPicture(const std::string& id, std::uint32_t frame, std::uint64_t begin = 0);
+    Result<ArtifactPiece> fetchVideo(const std::string& id, std::uint64_t begin = 0);
 
     /// Runs the queue until the job's status is like this; fails the test after half a minute.
     proto::JobStatus waitUntil(const std::string& id,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A fault of the place makes jobs wait, not fail, and what was told is not forgotten.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <linux/capability.h>
 #include <signal.h>
@@ -11,8 +10,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <new>
-#include <utility>
 
 #include "tests/unit/jobs/job_fixture.h"
 
@@ -252,24 +249,6 @@ TEST_F(JobHoldTest, AnEndThatCannotBeStoredIsToldWhenItIs) {
     waitUntil(second, [](const auto& status) { return status.state() == State::SUCCEEDED; });
     settle();
     EXPECT_EQ(told(), 2);
-}
-
-/// Where memory is short in the midst of a job's change, its run is found again, as by a server that was
-/// killed.
-TEST_F(JobHoldTest, WhatMemoryWasTooShortForIsTakenUpAnew) {
-    for (const auto moment : {State::QUEUED, State::RUNNING}) {
-        startServer();
-        const auto name = proto::JobStatus::State_Name(moment);
-        makeFifo(name);
-        bool fails = true;
-        queue_->onChange([&](const proto::JobStatus& status) {
-            if (status.state() == moment && std::exchange(fails, false)) throw std::bad_alloc();
-        });
-        const auto id = submit(fmt::format("wait:{} publish:", name), fmt::format("data/{}.h5", name));
-        waitUntil(id, [&](const auto& status) { return !fails && status.state() == State::RUNNING; });
-        release(name);
-        EXPECT_EQ(waitForState(id, State::SUCCEEDED).interrupted(), 0);
-    }
 }
 
 }  // namespace

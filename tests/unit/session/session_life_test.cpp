@@ -1,12 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Sessions whose client is silent, or wants nothing.
+#include "server/session/client_life.h"
 #include "tests/unit/session/session_fixture.h"
 
 namespace mote::test {
 namespace {
 
 using namespace std::chrono_literals;
+
+TEST(ClientLife, LooksOftenEnoughForBoth) {
+    proto::Hello hello;
+    hello.set_minor(wire::ownVersion.minor);
+    const auto interval = [&](auto silence, auto idle) {
+        return server::ClientLife(hello, silence, idle, {}).interval();
+    };
+    EXPECT_EQ(server::ClientLife().interval(), 0ms);
+    EXPECT_EQ(interval(0ms, 0ms), 0ms);
+    EXPECT_EQ(interval(800ms, 0ms), 100ms);
+    EXPECT_EQ(interval(0ms, 80ms), 10ms);
+    EXPECT_EQ(interval(800ms, 80ms), 10ms);
+    hello.set_background(true);
+    EXPECT_EQ(interval(0ms, 80ms), 0ms) << "it waits as long as others work";
+    hello.set_minor(0);
+    EXPECT_EQ(interval(800ms, 0ms), 0ms) << "it knows no pings";
+}
+
+TEST(ClientLife, WishesAndWhatIsWaitedForKeepItFromBeingIdle) {
+    server::Clock::time_point now;
+    server::ClientLife life({}, 0ms, 100ms, now);
+    proto::ClientMessage list, pong;
+    list.mutable_list_datasets();
+    pong.mutable_pong();
+    proto::ServerMessage frame;
+    frame.mutable_frame();
+    now += 90ms;
+    life.heard(list, now);
+    now += 90ms;
+    EXPECT_FALSE(life.at(now, 0).end);
+    life.told(frame, now);
+    now += 90ms;
+    life.heard(pong, now);
+    EXPECT_FALSE(life.at(now, 0).end);
+    now += 10ms;
+    EXPECT_EQ(life.at(now, 0).end->message, "it was idle for 100 ms; connect again to go on");
+}
 
 class SessionLife : public SessionFixture {
   protected:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/film_files.h"
+#include "server/jobs/artifact_files.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ namespace {
 using storage::FileDescriptor;
 
 FileDescriptor openFramesFolder(const std::filesystem::path& directory) {
-    const auto folder = filmFolder(directory);
+    const auto folder = artifactFolder(directory);
     return FileDescriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
 }
 
@@ -59,16 +59,16 @@ Error missing(const FileDescriptor& folder, const proto::JobRequest& job, const 
 
 }  // namespace
 
-bool filmIsThere(const std::filesystem::path& directory, const proto::JobRequest& job) {
+bool artifactIsThere(const std::filesystem::path& directory, const proto::JobRequest& job) {
     const auto whole = wholeName(job);
-    const auto file = filmFolder(directory) / (whole.empty() ? filmPictureName(job.film(), 0) : whole);
+    const auto file = artifactFolder(directory) / (whole.empty() ? filmPictureName(job.film(), 0) : whole);
     // Opens nothing: with no descriptors left it is as true. The job cannot put a link in its folder's place.
     struct stat status {};
     return lstat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode);
 }
 
-Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::JobRequest& job,
-                           const proto::FetchFilm& request) {
+Result<ArtifactPiece> readArtifact(const std::filesystem::path& directory, const proto::JobRequest& job,
+                                   const proto::FetchFilm& request) {
     if (request.has_frame() && job.has_export_())
         return Error{ErrorCode::notFound, "frame", "an export has no pictures"};
     const auto name = request.has_frame() ? filmPictureName(job.film(), request.frame()) : wholeName(job);
@@ -89,11 +89,11 @@ Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::
         return Error{ErrorCode::invalidArgument, "begin",
                      fmt::format("lies beyond the {} bytes of {}", size, name)};
     }
-    FilmPiece piece;
+    ArtifactPiece piece;
     piece.message.set_name(name);
     piece.message.set_size(size);
     piece.message.set_begin(request.begin());
-    piece.bytes.resize(std::min<std::uint64_t>(size - request.begin(), largestFilmPiece));
+    piece.bytes.resize(std::min<std::uint64_t>(size - request.begin(), largestArtifactPiece));
     MOTE_RETURN_IF_ERROR(
         storage::readAt(file.get(), request.begin(), std::as_writable_bytes(std::span(piece.bytes)), name));
     return piece;
