@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "server/data/load_density.h"
+#include "server/data/load_hybrid.h"
 #include "server/data/load_mesh.h"
 #include "server/frames/layer_kinds.h"
 

@@ -11,7 +11,6 @@
 #include "protocol/quantity/manifest_columns.h"
 #include "protocol/quantity/statistic.h"
 #include "server/figures/draw_figure.h"
-#include "server/numbers/histogram_part.h"
 #include "server/numbers/query_parts.h"
 
 namespace mote::server {

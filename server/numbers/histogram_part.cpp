@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/numbers/histogram_part.h"
+#include "server/numbers/query_parts.h"
 
 #include <fmt/format.h>
 

@@ -7,6 +7,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/mote.pb.h"
@@ -15,6 +18,7 @@
 #include "server/data/step_source.h"
 #include "server/numbers/query_memory.h"
 #include "server/numbers/selection_results.h"
+#include "storage/numbers/histogram.h"
 #include "storage/numbers/quantity_range.h"
 
 namespace mote::server {
@@ -89,5 +93,28 @@ MadePart statisticsPart(const proto::StatisticsQuery& query);
 MadePart histogramPart(const proto::HistogramQuery& query);
 MadePart columnsPart(const proto::ColumnsQuery& query);
 MadePart figurePart(const proto::FigureQuery& query);
+
+/// The part of a query that asks for histograms.
+class HistogramPart final : public QueryPart {
+  public:
+    struct Axis {
+        std::string column;  ///< or derived quantity
+        std::uint32_t bins;
+        std::optional<std::pair<double, double>> range;  ///< none: of all steps
+    };
+    /// Errors, at the field: invalidArgument.
+    static Result<std::unique_ptr<HistogramPart>> make(const proto::HistogramQuery& query);
+    HistogramPart(std::vector<Axis> axes, bool unweighted)
+        : axes_(std::move(axes)), unweighted_(unweighted) {}
+
+    Status answer(const StepQuestion& question, QueryAnswer& answer) override;
+    const std::vector<Axis>& axes() const { return axes_; }
+    /// The numbers alone, and what limits them. Errors as of answer().
+    Result<storage::Histogram> count(const StepQuestion& question, proto::Answer& message);
+
+  private:
+    std::vector<Axis> axes_;  // ranges are those of all steps once they are known
+    const bool unweighted_;
+};
 
 }  // namespace mote::server

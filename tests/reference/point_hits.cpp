@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "server/render/layers/particles/lower_paths.h"
+#include "server/render/layers/particles/lower_particles.h"
 #include "tests/reference/leaf_points.h"
 #include "tests/reference/volume_field.h"
 

@@ -29,7 +29,7 @@ SMALL_HEADER = 60
 # What does not keep these rules yet: how often at most. These lists only shrink: a folder that keeps a rule is no longer
 # named in its list.
 CROWDED = {
-    "client/shared": 3, "protocol/scene": 62, "server/figures": 4,
+    "client/shared": 3, "protocol/scene": 62,
     "server/jobs": 8, "server/render/cpu": 13, "server/render/plan": 20, "tests/support": 9,
     "tests/views": 11,
 }
@@ -43,12 +43,11 @@ SMALL_HEADERS = {
     "preprocess/readers/gpt": 1, "preprocess/readers/impact": 1, "preprocess/readers/json": 1,
     "preprocess/readers/npy": 2, "preprocess/readers/pyorbit": 1, "preprocess/readers/sdds": 1,
     "preprocess/readers/tfs": 1, "protocol/quantity": 1,
-    "protocol/scene": 4, "protocol/scene/film": 2, "server/app": 6, "server/data": 2, "server/encode": 1,
-    "server/encode/vector": 2, "server/figures": 2, "server/frames": 3, "server/jobs": 5, "server/jobs/supervise": 3,
-    "server/numbers": 1, "server/render": 1, "server/render/cpu": 3,
-    "server/render/layers/hybrid": 1, "server/render/layers/ink": 3, "server/render/layers/mesh": 1,
-    "server/render/layers/particles": 3, "server/render/layers/stipple": 3, "server/render/plan": 2, "storage/files": 1,
-    "storage/numbers": 3, "storage/particles": 1, "tests/bench/device": 1, "tests/bench/hybrid": 1,
+    "protocol/scene": 4, "protocol/scene/film": 2, "server/app": 6, "server/data": 2,
+    "server/frames": 3, "server/jobs": 5, "server/jobs/supervise": 3,
+    "server/render": 1, "server/render/cpu": 3,
+    "server/render/plan": 2, "storage/files": 1,
+    "storage/numbers": 3, "tests/bench/device": 1, "tests/bench/hybrid": 1,
     "tests/bench/ink": 2, "tests/bench/link": 1, "tests/bench/memory": 2, "tests/bench/orbit": 2,
     "tests/bench/stipple_quality": 3, "tests/bench/stipple_tone": 2, "tests/bench/transport": 1, "tests/bench/video": 1,
     "tests/fuzz": 2, "tests/golden": 3, "tests/reference": 2, "tests/unit/damage": 1, "tests/unit/hybrid": 1,
@@ -62,7 +61,7 @@ SCENE = "protocol/scene/"
 QUANTITY = "protocol/quantity/"
 CLI = "protocol/cli/"
 DEVICE = ("server/render/plan/", "server/render/blank_picture.h", "server/render/calibration.h",
-          "server/render/device.h", "server/render/color_finder.h", "storage/", SCENE, SCHEMA)
+    "server/render/device.h", "server/render/color_finder.h", "storage/", SCENE, SCHEMA)
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
     SCENE: (SCENE, QUANTITY, SCHEMA, "protocol/options.pb.h"),
@@ -83,7 +82,7 @@ MAY_INCLUDE = {
     "server/figures/": ("server/figures/", QUANTITY, SCENE, SCHEMA),
     "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", SCENE, SCHEMA),
     "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/figures/", "server/log.h", "server/render/",
-                       "storage/", "protocol/"),
+    "storage/", "protocol/"),
     "client/": ("client/", "protocol/"),
     "tests/": None,
 }
@@ -105,7 +104,7 @@ NEVER_IN = [
 # Texts of others reach the terminal through complain() alone; who draws a bar, or ends a process, says only its own.
 STDERR = re.compile(r"print\w*\(stderr\b|std::cerr")
 MAY_USE_STDERR = ("protocol/scene/complain.cpp", "protocol/scene/error.cpp", "client/frames/frame_report.cpp",
-                  "client/shared/jobs.cpp", "preprocess/console.cpp", "server/jobs/supervise/", "tests/")
+    "client/shared/jobs.cpp", "preprocess/console.cpp", "server/jobs/supervise/", "tests/")
 
 NAMED = re.compile("`((?:" + "|".join(FOLDERS) + r"|deploy)/[\w/.-]+)`")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

@@ -7,13 +7,10 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
-#include "server/render/layers/ink/mesh_chains.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
-#include "server/render/layers/ink/quick_lines.h"
-#include "server/render/layers/ink/visible_lines.h"
 #include "storage/mesh/triangle_intersection.h"
-#include "tests/support/mesh_edges.h"
+#include "tests/support/generated_mesh.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_views.h"
 

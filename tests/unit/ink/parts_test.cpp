@@ -9,7 +9,6 @@
 #include "server/render/ink/segment_regions.h"
 #include "server/render/layers/ink/mesh_modalities.h"
 #include "tests/support/generated_mesh.h"
-#include "tests/support/mesh_edges.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_views.h"
 #include "tests/unit/ink/part_scenes.h"

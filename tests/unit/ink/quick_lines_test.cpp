@@ -9,11 +9,8 @@
 
 #include "server/render/ink/choose_lines.h"
 #include "server/render/ink/complexity.h"
-#include "server/render/layers/ink/mesh_chains.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
-#include "server/render/layers/ink/quick_lines.h"
-#include "server/render/layers/ink/visible_lines.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/unit/ink/ink_views.h"
 

@@ -8,12 +8,9 @@
 #include <cmath>
 #include <map>
 
-#include "server/render/layers/ink/mesh_chains.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
-#include "server/render/layers/ink/visible_lines.h"
 #include "tests/support/generated_mesh.h"
-#include "tests/support/mesh_edges.h"
 #include "tests/unit/ink/ink_views.h"
 
 namespace mote::render {

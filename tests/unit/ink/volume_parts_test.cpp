@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "server/render/layers/ink/extinction_table.h"
-#include "server/render/layers/ink/volume_rims.h"
+#include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_samples.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/random.h"

@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_rays.h"
-#include "server/render/layers/ink/volume_rims.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
 

@@ -28,7 +28,7 @@ struct VolumeModalities {
 /// In the size of the plan, whose camera is told; one ray a pixel where it is not exact, or very large, or
 /// where four would see the same. Grey is the mean over a pixel, paper through what is left of a ray; depth
 /// is that of its nearest ray, and the angle of the sum of their normals. Nothing is seen where less than 2 %
-/// of a ray is absorbed, nor in the rims of surfaces (volume_rims.h).
+/// of a ray is absorbed, nor in the rims of surfaces (rimsOf).
 VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
                               const FramePlan& plan, const std::stop_token& stop);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/layers/particles/lower_highlight.h"
+#include "server/render/layers/particles/lower_particles.h"
 
 #include <algorithm>
 #include <atomic>

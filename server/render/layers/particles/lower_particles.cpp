@@ -10,8 +10,6 @@
 #include <optional>
 #include <utility>
 
-#include "server/render/layers/particles/lower_highlight.h"
-#include "server/render/layers/particles/lower_paths.h"
 #include "server/render/layers/particles/moving_look.h"
 #include "server/render/plan/hidden_area.h"
 
