@@ -5,15 +5,20 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "client/shared/connection.h"
 #include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// Puts text on stdout at once. Errors: internal (nobody reads it any more, the disk is full).
+Status print(const std::string& text);
 
 /// Times are the server's own, ms, of all views of the frame.
 struct FrameReport {
@@ -45,6 +50,31 @@ class ReportLines {
 
     bool wanted_;
     std::map<std::size_t, std::optional<std::string>> lines_;  // expected ones; "" is passed over
+};
+
+/// How far a run is: on stderr where that is a terminal, and as lines of JobProgress on a
+/// descriptor for whoever runs it as a job. One thread.
+class ProgressBar {
+  public:
+    /// Shows nothing where `wanted` is false or stderr is no terminal; `descriptor` below 0: no lines.
+    ProgressBar(bool wanted, int descriptor);
+    ~ProgressBar();
+    ProgressBar(const ProgressBar&) = delete;
+    ProgressBar& operator=(const ProgressBar&) = delete;
+
+    /// `done` of `total` frames, and what is done now.
+    void show(std::size_t done, std::size_t total, std::string_view phase = "");
+
+  private:
+    void draw(std::size_t done, std::size_t total, std::string_view phase);
+    void tell(std::size_t done, std::size_t total, std::string_view phase);
+
+    const bool visible_;
+    const int descriptor_;
+    const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point told_;
+    std::size_t first_ = 0;  // frames that were done when it began
+    bool shown_ = false;
 };
 
 }  // namespace mote::client

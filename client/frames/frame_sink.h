@@ -4,14 +4,20 @@
 // has() may be called from several threads at a time, for different frames; all else by the owner.
 #pragma once
 
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
+#include "client/frames/picture_file.h"
 #include "client/shared/decode.h"
 #include "protocol/scene/error.h"
 
@@ -47,6 +53,73 @@ class FrameSink {
     /// What is kept of a run that stopped and how to go on, one sentence; empty where there is nothing to
     /// say.
     virtual std::string kept() const { return {}; }
+};
+
+/// The key of a picture or a film, by which --resume knows its own: 32 hexadecimal digits, of a text that
+/// holds all that decides the bytes. Pure; any thread.
+std::string keyOf(std::string_view text);
+
+/// Each frame as a file of a folder, DIR/frame-000000.EXT.
+class PictureFiles final : public FrameSink {
+  public:
+    PictureFiles(std::filesystem::path folder, PictureFormat format)
+        : folder_(std::move(folder)), format_(format) {}
+    /// Takes the folder away where it was made and nothing came to lie in it.
+    ~PictureFiles() override;
+
+    Status open(bool resume) override;
+    bool has(std::size_t index, std::string_view key, std::uint32_t width,
+             std::uint32_t height) const override;
+    Status put(DrawnFrame frame) override;
+    std::size_t backlog() const override { return 0; }
+    Status finish(const std::function<bool(std::size_t)>&) override { return success(); }
+    std::filesystem::path fileOf(std::size_t index) const override;
+
+  private:
+    std::filesystem::path folder_;
+    PictureFormat format_;
+    bool made_ = false;
+};
+
+/// A few threads that hand frames to a sink while the next ones are drawn. One owner; its
+/// `wake` is called by the threads.
+class FinishingThreads {
+  public:
+    /// The sink outlives it. `wake`: something was finished.
+    FinishingThreads(FrameSink& sink, unsigned threads, std::function<void()> wake);
+    /// Waits for what is under way and drops the rest.
+    ~FinishingThreads();
+    FinishingThreads(const FinishingThreads&) = delete;
+    FinishingThreads& operator=(const FinishingThreads&) = delete;
+
+    void post(DrawnFrame frame);
+    /// The frames that were finished since the last call. Errors: why the first frame of the film, among
+    /// those under way, could not be; nothing is to be posted after it.
+    Result<std::vector<std::size_t>> take();
+    /// Frames that were posted and not taken.
+    std::size_t open() const { return open_; }
+
+  private:
+    struct Finished {
+        std::size_t index = 0;
+        Status status = success();
+    };
+
+    void work();
+    void end();
+
+    FrameSink& sink_;
+    const std::function<void()> wake_;
+    std::size_t open_ = 0;  // the owner's
+
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    // Under the mutex.
+    std::deque<DrawnFrame> waiting_;
+    std::vector<Finished> finished_;
+    bool ending_ = false;
+
+    std::vector<std::thread> threads_;
 };
 
 }  // namespace mote::client

@@ -5,19 +5,36 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
 #include "client/frames/frame_sink.h"
 #include "client/frames/frame_store.h"
 #include "client/frames/video/video_settings.h"
+#include "client/shared/decode.h"
+#include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// Gives frame `index`; asked for in ascending order. SRGB8.
+using FrameReader = std::function<Result<FramePixels>(std::size_t index)>;
+
+/// The video appears by one rename; `key` says what it shows, for readVideoKey(). Errors: the reader's,
+/// corrupt (a frame of another size), VideoWriter's.
+Status videoOfFrames(const std::filesystem::path& path, const VideoSettings& settings, std::size_t count,
+                     const FrameReader& frame, std::string_view key = {});
+
+/// A picture file that mote-frames wrote, as a frame. Errors: notFound, corrupt, unsupported (linear pixels).
+Result<FramePixels> readPictureFrame(const std::filesystem::path& path);
 
 class VideoFile final : public FrameSink {
   public:

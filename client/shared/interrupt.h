@@ -4,7 +4,15 @@
 // thing by the main thread, so that every later thread leaves these signals alone; main thread only.
 #pragma once
 
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
+#include <exception>
+#include <mutex>
+#include <variant>
+
+#include "protocol/scene/complain.h"
+#include "protocol/scene/error.h"
 
 namespace mote::client {
 
@@ -32,5 +40,50 @@ class Interrupt {
     mutable int signal_ = 0;
     sigset_t before_{};
 };
+
+/// Wakes the main thread when a server or a thread of ours has something for it. Any thread calls it;
+/// one waits.
+class Wakeup {
+  public:
+    void operator()() {
+        {
+            const std::lock_guard lock(mutex_);
+            due_ = true;
+        }
+        changed_.notify_one();
+    }
+
+    /// Until it was called since the last wait, at most so long.
+    void wait(std::chrono::milliseconds most) {
+        std::unique_lock lock(mutex_);
+        changed_.wait_for(lock, most, [&] { return due_; });
+        due_ = false;
+    }
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool due_ = false;
+};
+
+/// The whole of a program `name`: `parse` gives its options, or the exit status after help or a mistake, and
+/// `work` does what they say. Returns 0, 1 after an error that it tells, or 128 and the signal's number, as
+/// shells say it. Main thread, first thing.
+template <class Options>
+int runProgram(const char* name, std::variant<Options, int> (*parse)(int, const char* const*),
+               Status (*work)(const Options&, const Interrupt&), int argc, const char* const* argv) {
+    try {
+        const Interrupt interrupt;
+        const auto parsed = parse(argc, argv);
+        if (const int* status = std::get_if<int>(&parsed)) return *status;
+        const auto done = work(std::get<Options>(parsed), interrupt);
+        if (done.ok()) return 0;
+        complain(name, done.error().toString());
+        return interrupt.requested() ? 128 + interrupt.signal() : 1;
+    } catch (const std::exception& error) {
+        complainAtEnd(name, error);
+        return 1;
+    }
+}
 
 }  // namespace mote::client

@@ -6,7 +6,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/shared/connection.h"
@@ -59,5 +61,52 @@ Result<StepColumns> columnsOf(const QueryAnswer& answer, const proto::ColumnsQue
 /// without.
 Result<std::vector<StepStatistics>> statisticsOf(const proto::ParticlesManifest& manifest,
                                                  const std::vector<std::size_t>& steps);
+
+// What the name of a statistic says (docs/NUMBERS.md): of which columns it is, and in which unit. Pure
+// functions.
+
+/// Units of columns and derived quantities by their names.
+using ColumnUnits = std::map<std::string, std::string, std::less<>>;
+ColumnUnits columnUnits(const proto::ParticlesManifest& manifest);
+
+/// Of a column, a known quantity or an expression over such; "" where it is not known.
+std::string unitOfColumn(std::string_view column, const ColumnUnits& units);
+
+/// "x" and "px" of "cov_x__px", "x" of "norm_emit_x"; none of "n_particle".
+std::vector<std::string> columnsOf(std::string_view statistic);
+
+/// "m", "eV/c", "m eV/c", "1"; "" where it is not known.
+std::string unitOf(std::string_view statistic, const ColumnUnits& units);
+
+/// "x [m]", as heads of tables have it; the name alone where the unit is not known, or 1 unless that is
+/// `told` too.
+std::string withUnit(std::string_view name, std::string_view unit, bool told = false);
+
+// Numbers and names as files and terminals have them. Pure functions.
+
+/// As few digits as give the same double again; `undefined` where it is not finite.
+std::string exactNumber(double value, std::string_view undefined);
+
+/// A field of a line of comma-separated values (RFC 4180).
+std::string csvField(std::string_view text);
+
+/// A number for people, in a prefix of its unit.
+struct ScaledUnit {
+    double scale = 1.0;  ///< of one scaled unit, in the unit
+    std::string name;    ///< "mm"
+};
+
+/// The unit with the SI prefix in which `magnitude` is 1 to 1000. Units that are no plain ones (m^2, 1/m, 1)
+/// have no prefix, and neither has what is zero or not finite.
+ScaledUnit scaledUnit(double magnitude, std::string_view unit);
+
+/// Of a value in that unit, five digits; "-" where it is not finite.
+std::string shortNumber(double value, const ScaledUnit& unit);
+
+/// How many columns of a terminal a text takes that is of letters alone.
+std::size_t widthOf(std::string_view text);
+/// The text with blanks before or behind it until it is that wide.
+std::string padLeft(std::string_view text, std::size_t width);
+std::string padRight(std::string_view text, std::size_t width);
 
 }  // namespace mote::client

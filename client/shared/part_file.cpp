@@ -6,10 +6,10 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
 
+#include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
 
 namespace mote::client {
@@ -126,6 +126,15 @@ Status PartFile::publish() {
     }
     published_ = true;
     return success();
+}
+
+Status saveJson(const std::filesystem::path& path, const google::protobuf::Message& message,
+                SameName sameName) {
+    const auto text = toJson(message);
+    MOTE_ASSIGN_OR_RETURN(const auto part, PartFile::create(path));
+    MOTE_RETURN_IF_ERROR(part->append({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
+    MOTE_RETURN_IF_ERROR(part->sync());
+    return sameName == SameName::stays ? part->publishNew() : part->publish();
 }
 
 }  // namespace mote::client

@@ -5,6 +5,7 @@
 // what a killed process left is taken over and does not stay. One owner, one thread at a time.
 #pragma once
 
+#include <google/protobuf/message.h>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -45,5 +46,15 @@ class PartFile {
     int file_;  ///< holds the lock
     bool published_ = false;
 };
+
+// Messages as JSON files that are there whole or not at all. Pure, but for the files.
+
+/// What becomes of a file that has the name already.
+enum class SameName { stays, isReplaced };
+
+/// As toJson() has it. What was there stays as it was where anything fails. Errors: PartFile's; alreadyExists
+/// where it stays.
+Status saveJson(const std::filesystem::path& path, const google::protobuf::Message& message,
+                SameName sameName);
 
 }  // namespace mote::client

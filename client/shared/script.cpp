@@ -2,11 +2,11 @@
 #include "client/shared/script.h"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <sstream>
 #include <string_view>
 
+#include "protocol/scene/dataset.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/text_file.h"
@@ -135,6 +135,17 @@ Result<SavedView> readSavedView(const std::filesystem::path& path) {
                                              : script.views(0);
     saved.note = noteOf(script, path);
     return saved;
+}
+
+FilmDatasets knownDatasets(const proto::Catalogue& catalogue) {
+    FilmDatasets datasets;
+    for (const auto& entry : catalogue.datasets())
+        datasets[entry.name()] = {plotBounds, static_cast<int>(entry.steps())};
+    return datasets;
+}
+
+FilmDataset knownDataset(const proto::Manifest& manifest) {
+    return {datasetBounds(manifest), stepCount(manifest)};
 }
 
 }  // namespace mote::client

@@ -10,6 +10,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/film/film_datasets.h"
 
 namespace mote::client {
 
@@ -27,5 +28,13 @@ struct SavedView {
 /// A saved view, which may leave its size to the window, or the first view of a script. Errors as
 /// readScript().
 Result<SavedView> readSavedView(const std::filesystem::path& path);
+
+// What a server says of its datasets, as films need to know it. Pure functions.
+
+/// Of all that a server has: their steps are known, where they lie is not before they are described.
+FilmDatasets knownDatasets(const proto::Catalogue& catalogue);
+
+/// A described one.
+FilmDataset knownDataset(const proto::Manifest& manifest);
 
 }  // namespace mote::client

@@ -1,11 +1,176 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/shared/server_line.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <string>
+#include <system_error>
 #include <utility>
 
+#include "protocol/scene/system_error.h"
+
 namespace mote::client {
+namespace {
+
+// A software rasteriser compiles its shaders before it is ready; minutes mean that it hangs.
+constexpr int readyTimeoutMs = 120'000;
+// The server promises to end within 10 s.
+constexpr int endTimeoutMs = 15'000;
+
+Error internalError(std::string_view what, int number) {
+    return {ErrorCode::internal, "mote-server", fmt::format("{}: {}", what, systemMessage(number))};
+}
+
+std::vector<std::string> commandLine(const ServerCommand& command, const std::filesystem::path& folder,
+                                     const std::filesystem::path& connection) {
+    std::vector<std::string> words{command.program.string()};
+    for (const auto& root : command.roots) words.insert(words.end(), {"--root", root});
+    words.insert(words.end(), {"--state", (folder / "state").string(), "--connection", connection.string()});
+    if (command.device) words.insert(words.end(), {"--device", *command.device});
+    if (command.threads > 0) words.insert(words.end(), {"--threads", std::to_string(command.threads)});
+    return words;
+}
+
+/// Runs between fork and exec: only what is safe there.
+[[noreturn]] void becomeServer(std::vector<char*>& words, int output, int log, const Interrupt& interrupt) {
+    interrupt.restoreInChild();
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    const int nothing = ::open("/dev/null", O_RDONLY);
+    ::dup2(nothing, STDIN_FILENO);
+    ::dup2(output, STDOUT_FILENO);
+    ::dup2(log, STDERR_FILENO);
+    ::execv(words.front(), words.data());
+    static constexpr char sentence[] = "mote-server cannot be executed\n";
+    [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, sentence, sizeof(sentence) - 1);
+    ::_exit(127);
+}
+
+/// Waits for any of them; false after the timeout.
+bool waitFor(std::array<pollfd, 2>& descriptors, int timeoutMs) {
+    int count = -1;
+    do {
+        count = ::poll(descriptors.data(), descriptors.size(), timeoutMs);
+    } while (count < 0 && errno == EINTR);
+    return count > 0;
+}
+
+}  // namespace
+
+std::filesystem::path serverBesideUs() {
+    std::error_code code;
+    return std::filesystem::read_symlink("/proc/self/exe", code).parent_path() / "mote-server";
+}
+
+Result<std::unique_ptr<PrivateServer>> PrivateServer::start(std::string_view owner,
+                                                            const ServerCommand& command,
+                                                            const Interrupt& interrupt) {
+    if (::access(command.program.c_str(), X_OK) != 0) {
+        return Error{ErrorCode::notFound, command.program.string(), "there is no server to start here"};
+    }
+    std::unique_ptr<PrivateServer> server(new PrivateServer(owner));
+    MOTE_RETURN_IF_ERROR(server->launch(command, interrupt));
+    MOTE_RETURN_IF_ERROR(server->waitUntilReady(interrupt));
+    return server;
+}
+
+Status PrivateServer::launch(const ServerCommand& command, const Interrupt& interrupt) {
+    std::error_code code;
+    std::filesystem::create_directory(folder_.path() / "state", code);
+    auto texts = commandLine(command, folder_.path(), connectionFile());
+    std::vector<char*> words;
+    for (auto& text : texts) words.push_back(text.data());
+    words.push_back(nullptr);
+    std::array<int, 2> pipe{};
+    if (::pipe2(pipe.data(), O_CLOEXEC) != 0) return internalError("no pipe", errno);
+    output_ = pipe[0];
+    const int log = ::open(logFile().c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    child_ = log < 0 ? -1 : ::fork();
+    const int failure = errno;
+    if (child_ == 0) becomeServer(words, pipe[1], log, interrupt);
+    ::close(pipe[1]);
+    if (log >= 0) ::close(log);
+    if (child_ < 0) return internalError("cannot be started", failure);
+    process_ = static_cast<int>(::syscall(SYS_pidfd_open, child_, 0));  // glibc 2.36's header is not for C++
+    if (process_ < 0) return internalError("cannot be watched", errno);
+    return success();
+}
+
+Status PrivateServer::waitUntilReady(const Interrupt& interrupt) {
+    std::string said;
+    std::array<char, 512> buffer{};
+    // The line is short; a server that says more than this first is not ours.
+    while (said.size() < 4096) {
+        std::array<pollfd, 2> descriptors{pollfd{output_, POLLIN, 0},
+                                          pollfd{interrupt.descriptor(), POLLIN, 0}};
+        if (!waitFor(descriptors, readyTimeoutMs)) {
+            return Error{ErrorCode::internal, "mote-server", "did not become ready in time"};
+        }
+        if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
+        const auto count = ::read(output_, buffer.data(), buffer.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return died();
+        said.append(buffer.data(), static_cast<std::size_t>(count));
+        const bool ready = said.compare(0, 5, "ready") == 0 || said.find("\nready") != std::string::npos;
+        if (ready && said.back() == '\n') return success();
+    }
+    return Error{ErrorCode::internal, "mote-server", "did not say that it is ready"};
+}
+
+Error PrivateServer::died() const {
+    const auto words = lastWords();
+    return {ErrorCode::internal, "mote-server",
+            words.empty() ? "ended before it was ready and gave no reason"
+                          : "ended before it was ready: " + words};
+}
+
+std::string PrivateServer::lastWords() const {
+    std::ifstream log(logFile());
+    std::string line, last;
+    while (std::getline(log, line)) {
+        if (!line.empty()) last = line;
+    }
+    return last;
+}
+
+PrivateServer::~PrivateServer() {
+    if (child_ > 0) {
+        ::kill(child_, SIGTERM);
+        pollfd ended{process_, POLLIN, 0};
+        int count = -1;
+        do {
+            count = ::poll(&ended, 1, process_ < 0 ? 0 : endTimeoutMs);
+        } while (count < 0 && errno == EINTR);
+        if (count <= 0) ::kill(-child_, SIGKILL);
+        while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+        }
+    }
+    if (process_ >= 0) ::close(process_);
+    if (output_ >= 0) ::close(output_);
+}
+
+TemporaryFolder::TemporaryFolder(std::string_view prefix) {
+    std::string name = (std::filesystem::temp_directory_path() / prefix).string() + "-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) {
+        throw std::system_error(errno, std::generic_category(), "a folder like " + name + " cannot be made");
+    }
+    path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
 namespace {
 
 /// A server of a node that is down for the night is still waited for.

@@ -9,7 +9,6 @@
 
 #include "client/shared/numbers.h"
 #include "client/shared/server_line.h"
-#include "client/shared/statistic_name.h"
 #include "client/stats/options.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -49,5 +48,11 @@ class AskedRun {
     std::vector<std::size_t> steps_;
     std::optional<proto::Selection> selection_;
 };
+
+/// Writes the particles of a selection as a file of the user's, by the ending of options.exported: openPMD as
+/// a job of the server's makes it, NumPy and text from columns that are asked for piece by piece. The file
+/// appears whole; one of its name is replaced. Errors: the server's, notFound (the dataset was made without
+/// columns), cancelled, those of the system.
+Status exportParticles(const StatsOptions& options, AskedRun& run);
 
 }  // namespace mote::client

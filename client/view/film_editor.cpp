@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "client/shared/jobs.h"
-#include "client/shared/known_datasets.h"
-#include "client/shared/save_json.h"
+#include "client/shared/part_file.h"
 #include "client/shared/script.h"
 
 namespace mote::client {

@@ -17,7 +17,6 @@
 #include "client/shared/film_download.h"
 #include "client/view/film/film_model.h"
 #include "client/view/film/film_panel.h"
-#include "client/view/film/film_preview.h"
 #include "client/view/film/film_thumbnails.h"
 #include "client/view/server_state.h"
 #include "protocol/scene/film/film.h"

@@ -1,9 +1,71 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-
+#include <charconv>
+#include <cstdlib>
 #include <exception>
+#include <string>
+#include <variant>
 
 #include "client/view/viewer.h"
+#include "protocol/cli/command.h"
 #include "protocol/scene/complain.h"
+
+namespace mote::client {
+namespace {
+
+/// "1600x900" into two numbers from 64 to 16384.
+bool parseSize(const std::string& text, ViewOptions& options) {
+    const char* end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, options.width);
+    if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return false;
+    const auto height = std::from_chars(width.ptr + 1, end, options.height);
+    if (height.ec != std::errc() || height.ptr != end) return false;
+    const auto sensible = [](int side) { return side >= 64 && side <= 16384; };
+    return sensible(options.width) && sensible(options.height);
+}
+
+/// Where a server writes its connection file unless told otherwise.
+std::filesystem::path standardConnection() {
+    const char* home = std::getenv("HOME");
+    return std::filesystem::path(home ? home : ".") / ".mote" / "connection.json";
+}
+
+/// The options, or the exit status after help or a mistake, which has been printed.
+std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* argv) {
+    ViewOptions options;
+    options.connection = standardConnection();
+    std::string size;
+    const cli::Program program("mote-view shows the datasets of a mote-server.", "mote-view");
+    const auto app = program.command();
+    app.footer(
+        "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
+        "Keys: F fits the view, O toggles perspective, left and right change the step, space plays them, "
+        "Tab hides the panel, K shows the keyframes of a film.\n"
+        "Numbers: N shows them, L draws a lasso, H shows a histogram, P or Ctrl-click picks a point, Esc "
+        "ends a "
+        "tool.\n\n"
+        "Examples:\n"
+        "  mote-view --connect ~/.mote/connection.json\n"
+        "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still\n"
+        "  mote-view --connect c.json --film film.json");
+    app.option("--connect", options.connection, "Connection file of the server").showDefault();
+    app.option("--view", options.view,
+               "A saved view (JSON) to start with, or a script, of which the first is shown");
+    app.option("--film", options.film, "A script of keyframes (JSON) to edit");
+    app.option("--size", size, "Size of the window, WIDTHxHEIGHT").showDefault("1600x900");
+    app.option("--screenshot", options.screenshot, "Write the window as PNG once the exact picture is shown");
+    app.option("--save-view", options.saveView,
+               "Save the view once the exact picture is shown; a file that is there stays, and is an error");
+    app.flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
+    const auto checkSize = [&]() -> Status {
+        if (size.empty() || parseSize(size, options)) return success();
+        return Error{ErrorCode::invalidArgument, "--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each"};
+    };
+    if (const auto end = program.parse(argc, argv, checkSize)) return *end;
+    return options;
+}
+
+}  // namespace
+}  // namespace mote::client
 
 int main(int argc, char** argv) {
     using namespace mote::client;

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -69,5 +72,21 @@ void nameList(PanelActions& actions, const char* label, std::string& chosen,
 
 /// The list alone; true where another one was chosen.
 bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names);
+
+struct CurveEditorLook {
+    const char* xName;
+    const char* yName;
+    bool rootAxis;                                  ///< y is spread by its square root: opacities
+    float height;                                   ///< pixels
+    Interval axis = {};                             ///< of x
+    std::span<const std::uint64_t> histogram = {};  ///< even bins over histogramRange
+    Interval histogramRange = {};
+    std::function<glm::dvec3(double)> color = {};  ///< of x, linear RGB, drawn as a strip below
+};
+
+/// Draws a transfer function as a widget, with a histogram behind it, over the width that is left: a knot is
+/// dragged, a click on the curve adds one, a right click on a knot removes it; true where the curve was
+/// changed.
+bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look);
 
 }  // namespace mote::client

@@ -2,8 +2,86 @@
 #include "client/view/view_files.h"
 
 #include <fmt/format.h>
+#include <imgui.h>
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
 
 namespace mote::client {
+
+std::filesystem::path expandHome(const std::string& typed) {
+    const char* home = std::getenv("HOME");
+    if (home == nullptr || !typed.starts_with("~/")) return typed;
+    return std::filesystem::path(home) / typed.substr(2);
+}
+
+PathPrompt::PathPrompt(std::string title, std::string verb, const std::string& usual, bool mayReplace)
+    : title_(std::move(title)), verb_(std::move(verb)), mayReplace_(mayReplace) {
+    offer(usual);
+}
+
+void PathPrompt::offer(const std::string& path) {
+    typed_.fill('\0');
+    std::copy_n(path.begin(), std::min(path.size(), typed_.size() - 1), typed_.begin());
+}
+
+void PathPrompt::open(const std::filesystem::path& usual) {
+    const std::filesystem::path typed(typed_.data());
+    if (!usual.empty() && (typed.empty() || typed.extension() != usual.extension())) offer(usual.string());
+    opening_ = focusing_ = true;
+    closing_ = false;
+    failure_.clear();
+    agreed_.clear();
+}
+
+void PathPrompt::fail(std::string sentence) {
+    failure_ = std::move(sentence);
+    focusing_ = true;
+}
+
+std::optional<std::filesystem::path> PathPrompt::decide(bool pressed) {
+    const auto path = expandHome(typed_.data());
+    if (!pressed) return std::nullopt;
+    failure_.clear();
+    if (path.empty()) {
+        fail("a path is needed");
+        return std::nullopt;
+    }
+    std::error_code code;
+    const auto type = std::filesystem::symlink_status(path, code).type();
+    const bool free = type == std::filesystem::file_type::not_found;
+    if (mayReplace_ && agreed_ != path && !free && !std::filesystem::is_directory(path, code)) {
+        agreed_ = path;
+        fail(fmt::format("{} is there already; once more to replace it", path.string()));
+        return std::nullopt;
+    }
+    return path;
+}
+
+std::optional<std::filesystem::path> PathPrompt::draw(float scale) {
+    if (std::exchange(opening_, false)) ImGui::OpenPopup(title_.c_str());
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 3.0F}, ImGuiCond_Always, {0.5F, 0.5F});
+    ImGui::SetNextWindowSize({std::min(520.0F * scale, display.x), 0.0F});
+    constexpr auto flags = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize;
+    if (!ImGui::BeginPopupModal(title_.c_str(), nullptr, flags)) return std::nullopt;
+    if (std::exchange(focusing_, false)) ImGui::SetKeyboardFocusHere();
+    ImGui::SetNextItemWidth(-1.0F);
+    const bool entered =
+        ImGui::InputText("##path", typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+    const bool pressed = ImGui::Button(verb_.c_str()) || entered;
+    ImGui::SameLine();
+    const bool given = ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
+    const auto path = decide(pressed && !given);
+    if (!failure_.empty()) {
+        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+        ImGui::TextWrapped("%s", failure_.c_str());
+        ImGui::PopStyleColor();
+    }
+    if (given || std::exchange(closing_, false)) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    return path;
+}
 
 std::filesystem::path freshPath(const std::filesystem::path& usual) {
     constexpr int most = 10000;  // then one is offered that the user is asked about

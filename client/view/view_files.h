@@ -4,11 +4,51 @@
 // thread.
 #pragma once
 
+#include <array>
 #include <filesystem>
-
-#include "client/view/film/path_prompt.h"
+#include <optional>
+#include <string>
 
 namespace mote::client {
+
+/// "~/film.json" as the shell has it.
+std::filesystem::path expandHome(const std::string& typed);
+
+/// Asks the user for the path of a file, in a window above all others. It stays until what was
+/// asked for is done: its owner closes it, or lets it say what went wrong. Main thread, within a Dear ImGui
+/// frame.
+class PathPrompt {
+  public:
+    /// `verb` is on its button; `usual` is what it offers at first. `mayReplace`: what is there is replaced,
+    /// but only once the user has said so.
+    PathPrompt(std::string title, std::string verb, const std::string& usual, bool mayReplace);
+
+    /// What was typed stays, unless a path is given that ends otherwise (".mp4").
+    void open(const std::filesystem::path& usual = {});
+    /// Something was typed, or offered.
+    bool hasPath() const { return typed_[0] != '\0'; }
+    /// Says what went wrong, as one sentence.
+    void fail(std::string sentence);
+    void close() { closing_ = true; }
+
+    /// Whether the user has said that what has this path may be replaced.
+    bool agreed(const std::filesystem::path& path) const { return agreed_ == path; }
+
+    /// Draws it while it is open; the path, in the frame in which the user wants it.
+    std::optional<std::filesystem::path> draw(float scale);
+
+  private:
+    void offer(const std::string& path);
+    std::optional<std::filesystem::path> decide(bool pressed);
+
+    const std::string title_, verb_;
+    const bool mayReplace_;
+    std::array<char, 4096> typed_{};
+    std::string failure_;
+    std::filesystem::path agreed_;  // a file that may be replaced
+    bool opening_ = false, closing_ = false;
+    bool focusing_ = false;  // the user goes on typing
+};
 
 struct ViewFiles {
     PathPrompt opening{"Open view", "Open", "view.json", false};

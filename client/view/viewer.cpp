@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "client/shared/jobs.h"
-#include "client/view/screenshot.h"
+#include "client/view/window.h"
 #include "protocol/scene/complain.h"
 
 namespace mote::client {

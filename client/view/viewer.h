@@ -5,21 +5,35 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 
 #include "client/shared/connection.h"
-#include "client/shared/save_json.h"
+#include "client/shared/part_file.h"
 #include "client/view/film_editor.h"
 #include "client/view/numbers/numbers_editor.h"
-#include "client/view/options.h"
 #include "client/view/panel.h"
-#include "client/view/playback.h"
 #include "client/view/server_state.h"
 #include "client/view/view_files.h"
 #include "client/view/view_model.h"
 #include "client/view/window.h"
 
 namespace mote::client {
+
+/// The command line of mote-view.
+struct ViewOptions {
+    std::filesystem::path connection;           ///< connection file of the server
+    std::optional<std::filesystem::path> view;  ///< a saved view, or a script, to start with
+    std::optional<std::filesystem::path> film;  ///< a script of keyframes to start with
+    int width = 1600;                           ///< of the window, screen coordinates
+    int height = 900;
+    std::optional<std::filesystem::path>
+        screenshot;  ///< PNG of the window, once the first exact picture is shown
+    std::optional<std::filesystem::path>
+        saveView;                 ///< a file that is not there, for the view that was shown then
+    bool exitAfterStill = false;  ///< and then the program ends
+};
 
 class Viewer {
   public:

@@ -5,10 +5,13 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "protocol/scene/error.h"
 
 struct GLFWwindow;
 
@@ -69,5 +72,10 @@ class PictureTexture {
     unsigned texture_ = 0;
     std::uint32_t width_ = 0, height_ = 0;
 };
+
+/// Writes pixels as a PNG that appears by one rename: RGB, 8 bits, row 0 on top. Errors: permissionDenied or
+/// resourceExhausted with the file's name.
+Status writeScreenshot(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
+                       int height);
 
 }  // namespace mote::client

@@ -7,13 +7,30 @@ extern "C" {
 }
 
 #include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "client/frames/video/video_codec.h"
+#include <fstream>
 
 namespace mote::client {
+namespace {
+
+constexpr std::uint64_t mostPixels = 35'651'584;  // H.264's highest level, 6.2
+constexpr double millisecond = 1000;              // WebM counts time in them
+
+/// In the order of VideoFormat. A GIF's wait is in hundredths of a second, and viewers take one of a single
+/// hundredth for ten.
+constexpr std::array<VideoCodec, 3> codecs{
+    {{"mp4", "MP4", "libx264", 2, 16384, mostPixels, true, 1000, 51, 16},
+     {"webm", "WebM", "libvpx-vp9", 2, 16384, mostPixels, true, millisecond, 63, 8},
+     {"gif", "GIF", "gif", 1, 65535, mostPixels, false, 50, std::nullopt, 0}}};
+
+}  // namespace
+
+const VideoCodec& videoCodec(VideoFormat format) {
+    return codecs.at(static_cast<std::size_t>(format));
+}
+
 namespace {
 
 constexpr double leastFps = 0.01;  // 100 s a frame: GIF can wait 655 s, and nobody does
@@ -89,6 +106,40 @@ Status checkVideo(const VideoSettings& settings) {
                      fmt::format("libavformat cannot write {} films here", codec.title)};
     }
     return success();
+}
+
+namespace {
+
+constexpr std::size_t keySize = 32;
+
+}  // namespace
+
+std::string videoTail(VideoFormat format, std::string_view key) {
+    const auto text = fmt::format("mote-frames {}\n", key);
+    switch (format) {
+        case VideoFormat::mp4: {
+            const std::size_t size = 8 + text.size();  // of the whole box, four bytes, then its kind
+            return std::string{'\0', '\0', '\0', static_cast<char>(size)} + "free" + text;
+        }
+        case VideoFormat::webm:
+            // The element's number, then its size in one byte, which is marked by its highest bit.
+            return std::string{'\xec', static_cast<char>(0x80 | text.size())} + text;
+        case VideoFormat::gif:
+            return text;
+    }
+    return text;
+}
+
+std::optional<std::string> readVideoKey(const std::filesystem::path& path, VideoFormat format) {
+    const auto size = static_cast<std::streamoff>(videoTail(format, std::string(keySize, '0')).size());
+    std::ifstream file(path, std::ios::binary);
+    file.seekg(-size, std::ios::end);
+    std::string tail(static_cast<std::size_t>(size), '\0');
+    file.read(tail.data(), size);
+    if (!file.good()) return std::nullopt;
+    auto key = tail.substr(tail.size() - 1 - keySize, keySize);
+    if (videoTail(format, key) != tail) return std::nullopt;
+    return key;
 }
 
 }  // namespace mote::client

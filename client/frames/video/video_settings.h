@@ -4,7 +4,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "protocol/scene/error.h"
@@ -42,5 +44,29 @@ unsigned defaultQuality(VideoFormat format);
 /// Whether such a film can be made here, before anything is drawn. Errors: invalidArgument (a size, rate or
 /// quality that the format cannot hold), unsupported (libavcodec has no such encoder).
 Status checkVideo(const VideoSettings& settings);
+
+/// What a format of films is made by, and what it can hold: for the check before a film and for its making.
+struct VideoCodec {
+    const char* container;              ///< libavformat's name; also the file's extension
+    const char* title;                  ///< for sentences
+    const char* encoder;                ///< libavcodec's name
+    std::uint32_t leastSide, mostSide;  ///< pixels
+    std::uint64_t mostPixels;           ///< of a frame
+    bool evenSides;                     ///< odd ones are refused: nothing is resized
+    double mostFps;                     ///< frames a second
+    std::optional<unsigned> mostCrf;    ///< 0 to this; none: no such thing
+    unsigned defaultCrf;
+};
+
+const VideoCodec& videoCodec(VideoFormat format);
+
+// What a finished video shows, as a key of 32 hexadecimal digits at its end, where players look for nothing:
+// in a free box of an MP4, a void element of a WebM, behind the end of a GIF. Pure, but for the file.
+
+/// The bytes to be appended.
+std::string videoTail(VideoFormat format, std::string_view key);
+
+/// The key of a video that mote-frames made; empty where there is none.
+std::optional<std::string> readVideoKey(const std::filesystem::path& path, VideoFormat format);
 
 }  // namespace mote::client

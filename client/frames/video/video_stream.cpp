@@ -6,14 +6,24 @@ extern "C" {
 }
 
 #include <fmt/format.h>
-
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include "client/frames/video/video_codec.h"
+#include "client/frames/video/video_settings.h"
+#include "protocol/scene/system_error.h"
 
 namespace mote::client {
+
+Error libavError(int code, const std::string& where) {
+    constexpr int mostErrno = 4095;  // libav's own codes are four letters, far beyond
+    const int number = AVUNERROR(code);
+    if (number > 0 && number <= mostErrno) return systemError(number, where, "cannot be written");
+    char text[AV_ERROR_MAX_STRING_SIZE] = {};
+    av_strerror(code, text, sizeof text);
+    return {ErrorCode::internal, where, fmt::format("the film cannot be encoded: {}", text)};
+}
+
 namespace {
 
 constexpr int mostRateTerm = 1'001'000;  // 30000/1001 and any decimal of three digits are exact

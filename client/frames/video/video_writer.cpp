@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "client/frames/video/video_colors.h"
-#include "client/frames/video/video_key.h"
+#include "client/frames/video/video_settings.h"
 #include "client/frames/video/video_stream.h"
 #include "client/shared/part_file.h"
 

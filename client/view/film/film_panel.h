@@ -8,9 +8,8 @@
 #include <string>
 
 #include "client/view/film/film_model.h"
-#include "client/view/film/film_preview.h"
 #include "client/view/film/film_strip.h"
-#include "client/view/film/path_prompt.h"
+#include "client/view/view_files.h"
 #include "protocol/mote.pb.h"
 
 namespace mote::client {

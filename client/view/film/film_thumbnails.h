@@ -7,12 +7,27 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "client/shared/decode.h"
 #include "client/view/film/film_model.h"
 #include "client/view/window.h"
 
 namespace mote::client {
+
+/// A picture made small: the middle of it that has the wanted proportions, averaged. A value; pure
+/// functions.
+struct Thumbnail {
+    std::uint32_t width = 0;           ///< pixels
+    std::uint32_t height = 0;          ///< pixels
+    std::vector<std::uint8_t> pixels;  ///< RGBA, sRGB-encoded, row 0 on top
+};
+
+/// Of a picture of 4 * width * height bytes, RGBA, row 0 on top. Nothing of it is empty; one that is smaller
+/// is made larger.
+Thumbnail makeThumbnail(std::span<const std::uint8_t> picture, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t smallWidth, std::uint32_t smallHeight);
 
 class FilmThumbnails {
   public:

@@ -13,7 +13,6 @@
 #include <glm/mat4x4.hpp>
 #include <utility>
 
-#include "client/view/curve_editor.h"
 #include "client/view/layers/field_controls.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"

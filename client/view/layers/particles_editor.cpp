@@ -8,7 +8,6 @@
 #include <set>
 #include <span>
 
-#include "client/view/curve_editor.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
 #include "protocol/quantity/plot_axes.h"

@@ -10,10 +10,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "client/shared/numbers.h"
 #include "client/view/knot_curve.h"
 #include "client/view/numbers/quantities.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/color_map.h"
 
 namespace mote::client {
 
@@ -65,5 +68,19 @@ struct HistogramView {
         return wanted != nullptr ? wanted->name : quantities[axis].name;
     }
 };
+
+/// A histogram of two columns as colours, and its sums along both of them. Pure functions.
+struct HistogramPicture {
+    std::uint32_t width = 0;           ///< bins of the first column
+    std::uint32_t height = 0;          ///< bins of the second
+    std::vector<std::uint8_t> pixels;  ///< RGBA, sRGB-encoded; the second column's last bin on top
+};
+
+/// Bins without weight are transparent, the others have the map's colours up to that of the greatest: by the
+/// logarithm between the least and the greatest, or in proportion. Below zero counts as nothing.
+HistogramPicture pictureOf(const StepHistogram& histogram, const ColorMap& map, bool logScale);
+
+/// The weight in each bin of one of the two columns.
+std::vector<double> marginalOf(const StepHistogram& histogram, std::size_t column);
 
 }  // namespace mote::client

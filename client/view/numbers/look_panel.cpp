@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "client/view/numbers/numbers_panel.h"
-#include "client/view/numbers/statistic_rows.h"
+#include "client/view/numbers/quantities.h"
 #include "protocol/scene/color_map.h"
 
 namespace mote::client {

@@ -2,12 +2,68 @@
 #include "client/view/numbers/numbers_data.h"
 
 #include <fmt/format.h>
-
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 namespace mote::client {
+Result<std::optional<PickedPoint>> pickedOf(const QueryAnswer& answer, const proto::PickQuery& asked) {
+    if (!answer.message.has_picked())
+        return corrupt("answer.picked", "the server answered with something else");
+    const auto& message = answer.message.picked();
+    if (!message.found()) return std::optional<PickedPoint>();
+    if (message.layer() >= static_cast<std::uint32_t>(asked.view().layers_size()))
+        return corrupt("answer.picked", "the server picked a point of a layer that there is not");
+    const bool place = message.position_size() == 3 &&
+                       std::ranges::all_of(message.position(), [](double x) { return std::isfinite(x); });
+    if (!place || !std::isfinite(message.distance()))
+        return corrupt("answer.picked", "the server's point has no place");
+    const int count = message.names_size();
+    if (message.units_size() != count || message.values_size() != count)
+        return corrupt("answer.picked", "the server's values do not belong to their names");
+    PickedPoint picked;
+    picked.step = answer.message.step();
+    picked.layer = message.layer();
+    picked.point = message.point();
+    picked.row = message.row();
+    picked.distance = message.distance();
+    picked.position = {message.position(0), message.position(1), message.position(2)};
+    picked.density = message.density();
+    for (int i = 0; i < count; ++i)
+        picked.values.push_back({message.names(i), message.units(i), message.values(i)});
+    if (message.has_id()) picked.id = message.id();
+    return std::optional(std::move(picked));
+}
+
+bool LatestQuery::want(const proto::Query& query, QueryLine::Reply reply) {
+    auto bytes = query.SerializeAsString();
+    if (bytes == asked_) return false;
+    drop();
+    asked_ = std::move(bytes);
+    const auto mine = ++questions_;
+    asking_ = mine;
+    const auto request = line_.ask(query, [this, mine, reply = std::move(reply)](Result<QueryAnswer> answer) {
+        if (asking_ == mine) hear(answer, reply);
+    });
+    if (asking_ == mine) request_ = request;
+    return true;
+}
+
+void LatestQuery::hear(const Result<QueryAnswer>& answer, const QueryLine::Reply& reply) {
+    if (!answer.ok() || answer->message.last()) {
+        asking_ = 0;
+        request_.reset();
+    }
+    reply(answer);
+}
+
+void LatestQuery::drop() {
+    asked_.clear();
+    asking_ = 0;
+    if (request_) line_.cancel(*std::exchange(request_, std::nullopt));
+}
+
 namespace {
 
 /// A server that names more steps than this is not believed.

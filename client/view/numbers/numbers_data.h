@@ -6,17 +6,74 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "client/shared/connection.h"
 #include "client/shared/numbers.h"
-#include "client/shared/picked_point.h"
 #include "client/view/numbers/histogram_view.h"
-#include "client/view/numbers/latest_query.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// The answer to a PickQuery as a value, held to what was asked and to itself. Units as in
+/// docs/NUMBERS.md.
+struct PickedPoint {
+    struct Value {
+        std::string name, unit;
+        double value = 0.0;
+    };
+    std::uint32_t step = 0;
+    std::uint32_t layer = 0;   ///< of the view that was asked about
+    std::uint64_t point = 0;   ///< in the dataset's order
+    std::uint64_t row = 0;     ///< in the source
+    double distance = 0.0;     ///< pixels from the place that was asked for
+    glm::dvec3 position{0.0};  ///< layer space
+    double density = 0.0;      ///< scaled log density of its leaf
+    std::vector<Value> values;
+    std::optional<std::uint64_t> id;
+};
+
+/// Nothing where there is no point. Errors: corrupt.
+Result<std::optional<PickedPoint>> pickedOf(const QueryAnswer& answer, const proto::PickQuery& asked);
+
+/// The way to a server: Connection::query and cancelQuery.
+struct QueryLine {
+    using Reply = Connection::Reply<QueryAnswer>;
+    std::function<std::uint64_t(const proto::Query&, Reply)> ask;
+    std::function<void(std::uint64_t)> cancel;
+};
+
+/// A question for numbers of which only the latest form matters: another one takes its place,
+/// and the server hears that the one before is not wanted any more. Main thread.
+class LatestQuery {
+  public:
+    explicit LatestQuery(QueryLine line) : line_(std::move(line)) {}
+    ~LatestQuery() { drop(); }
+    LatestQuery(const LatestQuery&) = delete;
+    LatestQuery& operator=(const LatestQuery&) = delete;
+
+    /// Asks, unless this is what was asked last; true where it asks. `reply` hears each answer until the
+    /// last, or an error; it must not outlive what it is given.
+    bool want(const proto::Query& query, QueryLine::Reply reply);
+    /// Nothing is wanted; the same question is then a new one.
+    void drop();
+    /// An answer is still to come.
+    bool waits() const { return asking_ != 0; }
+
+  private:
+    void hear(const Result<QueryAnswer>& answer, const QueryLine::Reply& reply);
+
+    QueryLine line_;
+    std::string asked_;  // the message's bytes; empty: nothing
+    std::optional<std::uint64_t> request_;
+    std::uint64_t asking_ = 0;  // the number of the question under way; 0: none
+    std::uint64_t questions_ = 0;
+};
 
 /// What the panel and its windows show now.
 struct NumbersWanted {

@@ -4,16 +4,36 @@
 // window.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
-#include "client/view/numbers/numbers_controls.h"
+#include "client/view/numbers/histogram_view.h"
 #include "client/view/numbers/numbers_data.h"
 #include "client/view/numbers/numbers_model.h"
 #include "client/view/numbers/quantities.h"
+#include "client/view/numbers/selection_edits.h"
 #include "client/view/panel_widgets.h"
+#include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// What the panel of numbers remembers that is no part of the view. A value; main thread.
+struct NumbersControls {
+    PictureTool tool;
+    Combine combine = Combine::fresh;
+    bool follow = true;  ///< what is made now holds its particles in all steps, where they have ids
+    HistogramView histogram;
+    bool histogramShown = false;
+    bool allStatistics = false;
+    std::string series = "norm_emit_x";  ///< the statistic that is plotted
+    std::string message;                 ///< the last failure, one sentence
+    std::array<char, 257> typedName{};   ///< of the chosen selection
+    std::string typedFor;                ///< the name that it was typed for
+
+    void say(const Status& status) { message = status.ok() ? std::string() : status.error().toString(); }
+};
 
 /// What the parts are drawn with.
 struct NumbersPanel {

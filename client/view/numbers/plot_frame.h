@@ -5,12 +5,32 @@
 #pragma once
 
 #include <imgui.h>
-
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "client/view/knot_curve.h"
 
 namespace mote::client {
+
+/// Where an axis of a plot has marks and what stands at them: round numbers in a prefix of the
+/// axis' unit. Pure functions.
+struct PlotTicks {
+    std::vector<double> at;           ///< in the axis' unit, ascending
+    std::vector<std::string> labels;  ///< as many, in the scaled unit
+    std::string unit;                 ///< scaled: "mm"; empty: it has none
+};
+
+/// At most `most` of them, 1, 2 or 5 times a power of ten apart; none on an axis that is not finite or has no
+/// extent.
+PlotTicks ticksOf(const Interval& axis, std::string_view unit, int most);
+
+/// "x [mm]"; the name alone where there is no unit.
+std::string axisTitle(std::string_view name, std::string_view unit);
 
 struct PlotFrame {
     ImVec2 from, to;  ///< of the plot itself, upper left and lower right, pixels
@@ -50,5 +70,22 @@ ImVec2 plotMargin();
 void drawGround(const PlotFrame& frame);
 /// Marks, titles and the frame, after it.
 void drawAxes(const PlotFrame& frame, const PlotTitles& titles);
+
+/// A statistic over the steps as lines, of all particles and of a selection; a click goes to a
+/// step. Main thread, inside a Dear ImGui window.
+struct SeriesPlot {
+    std::string name, unit;            ///< of the statistic
+    std::span<const double> whole;     ///< by step; NaN leaves a gap
+    std::span<const double> selected;  ///< likewise; it may be shorter
+    std::array<float, 3> color{};      ///< of the selection's line, sRGB-encoded
+    std::uint32_t step = 0;            ///< that is shown
+    float height = 0.0F;               ///< pixels
+};
+
+/// What the finite values of both span, with a little room; 0 to 1 where there is none.
+Interval extentOf(std::span<const double> first, std::span<const double> second);
+
+/// Draws it over the width that is left; the step that the user goes to.
+std::optional<std::uint32_t> drawSeries(const SeriesPlot& plot);
 
 }  // namespace mote::client

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "client/shared/numbers.h"
 #include "client/view/knot_curve.h"
 #include "protocol/mote.pb.h"
 
@@ -25,5 +26,22 @@ std::vector<Quantity> quantitiesOf(const proto::ParticlesManifest& manifest);
 
 /// Null where there is none of this name.
 const Quantity* findQuantity(const std::vector<Quantity>& quantities, std::string_view name);
+
+/// A statistic of a step and of a selection, as a line of a table.
+struct StatisticRow {
+    std::string name;
+    std::string whole, selected;  ///< with their units: "1.2345 mm"; "-": not defined, empty: not known
+};
+
+/// Each name of either once, the step's first; or those that are looked at most.
+std::vector<StatisticRow> statisticRows(const std::optional<StepStatistics>& whole,
+                                        const std::optional<StepStatistics>& selected,
+                                        const ColumnUnits& units, bool all);
+
+/// The number for people, with its unit.
+std::string numberText(double value, std::string_view unit);
+
+/// Of the whole steps, by step; empty where the dataset has no such statistic.
+std::vector<double> seriesOf(const proto::ParticlesManifest& manifest, const std::string& statistic);
 
 }  // namespace mote::client

@@ -5,8 +5,8 @@
 #include <imgui.h>
 
 #include "client/view/numbers/numbers_panel.h"
-#include "client/view/numbers/series_plot.h"
-#include "client/view/numbers/statistic_rows.h"
+#include "client/view/numbers/plot_frame.h"
+#include "client/view/numbers/quantities.h"
 
 namespace mote::client {
 namespace {

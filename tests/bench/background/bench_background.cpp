@@ -10,7 +10,7 @@
 #include <cmath>
 #include <thread>
 
-#include "client/shared/private_server.h"
+#include "client/shared/server_line.h"
 #include "protocol/cli/command.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"

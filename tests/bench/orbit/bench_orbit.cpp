@@ -8,7 +8,7 @@
 #include <map>
 #include <thread>
 
-#include "client/shared/private_server.h"
+#include "client/shared/server_line.h"
 #include "protocol/cli/command.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/wire/connection_file.h"

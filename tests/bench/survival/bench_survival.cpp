@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "client/shared/connection.h"
-#include "client/shared/private_server.h"
+#include "client/shared/server_line.h"
 #include "protocol/cli/command.h"
 #include "tests/e2e/orbiters.h"
 

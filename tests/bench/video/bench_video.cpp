@@ -8,7 +8,7 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "client/frames/video/palette_maker.h"
+#include "client/frames/video/gif_palette.h"
 #include "client/frames/video/video_writer.h"
 #include "protocol/cli/command.h"
 #include "tests/bench/video/plain_encoder.h"

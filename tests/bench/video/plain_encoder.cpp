@@ -9,8 +9,8 @@ extern "C" {
 
 #include <stdexcept>
 
-#include "client/frames/video/libav.h"
 #include "client/frames/video/video_colors.h"
+#include "client/frames/video/video_stream.h"
 
 namespace mote::bench {
 namespace {

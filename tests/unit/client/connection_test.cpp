@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <vector>
 
-#include "tests/unit/client/connection_fixture.h"
+#include "protocol/wire/framing.h"
+#include "tests/unit/client/fake_server.h"
 
 namespace mote::client {
 namespace {
@@ -255,6 +257,269 @@ TEST_F(ConnectionTest, AnAnswerOfAnotherKindIsAnError) {
     server_.send(message);
     ASSERT_TRUE(eventually(*connection_, [&] { return error.has_value(); }));
     EXPECT_EQ(error->code, ErrorCode::internal);
+}
+
+// Queued views: each is drawn and each frame is taken, in order, whatever the line does.
+
+using testing::ElementsAre;
+
+class ConnectionQueueTest : public ConnectionTest {
+  protected:
+    static constexpr std::uint32_t minor = 2;  // from which on servers keep a queue
+
+    void connect(const ConnectionSettings& settings = quietSettings()) {
+        ConnectionTest::connect(settings, minor);
+    }
+
+    std::uint64_t queue(std::uint32_t width) {
+        ViewRequest request;
+        request.finalOnly = true;
+        request.queued = true;
+        return connection_->setView(viewOfWidth(width), request);
+    }
+
+    std::uint32_t widthOfNextView() {
+        const auto message = server_.read(proto::ClientMessage::kSetView).set_view();
+        EXPECT_TRUE(message.queued());
+        return message.view().width();
+    }
+};
+
+TEST_F(ConnectionQueueTest, AllAreSentAndAllFramesAreTakenInOrder) {
+    connect();
+    std::vector<std::uint64_t> ids;
+    for (std::uint32_t width = 1; width <= 3; ++width) ids.push_back(queue(width));
+    for (std::uint32_t width = 1; width <= 3; ++width) EXPECT_EQ(widthOfNextView(), width);
+    for (std::uint32_t i = 0; i < 3; ++i) sendFrame(ids[i], i + 1);
+    settle();
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const auto frame = frameOf(*connection_);
+        EXPECT_EQ(frame.message.view_id(), ids[i]);
+        const auto pixels = test::samplePixels(i + 1, 4, proto::SRGB8);
+        EXPECT_EQ(frame.pixels.bytes, pixels);
+        const auto travelled = test::zstdPayload(pixels, i + 1, proto::SRGB8);
+        EXPECT_EQ(std::string(frame.payload.begin(), frame.payload.end()), travelled);
+    }
+    EXPECT_FALSE(connection_->takeFrame());
+}
+
+TEST_F(ConnectionQueueTest, NoMoreAreSentThanAServerKeeps) {
+    connect();
+    std::vector<std::uint64_t> ids;
+    for (std::uint32_t i = 1; i <= wire::maxQueuedViews + 2; ++i) ids.push_back(queue(i));
+    for (std::uint32_t i = 1; i <= wire::maxQueuedViews; ++i) EXPECT_EQ(widthOfNextView(), i);
+    settle();
+    sendFrame(ids[0], 1);
+    EXPECT_EQ(frameOf(*connection_).message.view_id(), ids[0]);
+    EXPECT_EQ(widthOfNextView(), wire::maxQueuedViews + 1);
+}
+
+TEST_F(ConnectionQueueTest, AFailureLeavesTheOthers) {
+    connect();
+    std::vector<std::uint64_t> failed;
+    connection_->onViewFailed([&](std::uint64_t id, const Error&) { failed.push_back(id); });
+    const auto first = queue(1), second = queue(2);
+    proto::ServerMessage failure;
+    failure.set_reply_to(server_.read(proto::ClientMessage::kSetView).request());
+    failure.mutable_failure()->set_code("not_found");
+    server_.send(failure);
+    ASSERT_TRUE(eventually(*connection_, [&] { return !failed.empty(); }));
+    EXPECT_THAT(failed, ElementsAre(first));
+    sendFrame(second, 2);
+    EXPECT_EQ(frameOf(*connection_).message.view_id(), second);
+}
+
+TEST_F(ConnectionQueueTest, AfterALineBrokeOnlyUnansweredOnesAreAskedForAgain) {
+    auto settings = quietSettings();
+    settings.returnPatience = std::chrono::seconds(20);
+    connect(settings);
+    const auto first = queue(1), second = queue(2);
+    EXPECT_EQ(widthOfNextView(), 1U);
+    EXPECT_EQ(widthOfNextView(), 2U);
+    sendFrame(first, 1);
+    settle();
+    server_.drop();
+    server_.welcome(minor);
+    EXPECT_EQ(widthOfNextView(), 2U);
+    EXPECT_EQ(frameOf(*connection_).message.view_id(), first);  // it had arrived
+    sendFrame(second, 2);
+    EXPECT_EQ(frameOf(*connection_).message.view_id(), second);
+    // The first one's credit was of the old line.
+    std::uint32_t credits = 0;
+    while (!server_.quiet()) credits += server_.read(proto::ClientMessage::kCredit).credit().frames();
+    EXPECT_LE(credits, 1U);
+}
+
+TEST_F(ConnectionQueueTest, AnOlderServerGetsOneAtATime) {
+    ConnectionTest::connect(quietSettings(), 1);
+    const auto first = queue(1);
+    queue(2);
+    EXPECT_EQ(widthOfNextView(), 1U);
+    settle();
+    sendFrame(first, 1);
+    EXPECT_EQ(frameOf(*connection_).message.view_id(), first);
+    EXPECT_EQ(widthOfNextView(), 2U);
+}
+
+TEST_F(ConnectionQueueTest, AViewThatIsNotQueuedTakesTheirPlace) {
+    connect();
+    for (std::uint32_t i = 1; i <= wire::maxQueuedViews + 1; ++i) queue(i);
+    for (std::uint32_t i = 1; i <= wire::maxQueuedViews; ++i) widthOfNextView();
+    const auto id = connection_->setView(viewOfWidth(99), {});
+    const auto message = server_.read(proto::ClientMessage::kSetView).set_view();
+    EXPECT_FALSE(message.queued());
+    EXPECT_EQ(message.view().width(), 99U);
+    sendFrame(id, 99);
+    EXPECT_EQ(frameOf(*connection_).message.view_id(), id);
+}
+
+// Queries: questions with several answers, that may be cancelled.
+
+using testing::IsEmpty;
+
+class ConnectionQueries : public ConnectionTest {
+  protected:
+    /// What a query was answered with: steps, or -1 of an error.
+    struct Heard {
+        std::vector<int> steps;
+        std::optional<Error> error;
+    };
+
+    static proto::Query queryFor(const std::string& dataset) {
+        proto::Query query;
+        query.set_dataset(dataset);
+        query.mutable_statistics();
+        return query;
+    }
+
+    std::uint64_t ask(Heard& heard, const std::string& dataset = "data/beam") {
+        return connection_->query(queryFor(dataset), [&heard](Result<QueryAnswer> answer) {
+            if (answer.ok()) heard.steps.push_back(static_cast<int>(answer->message.step()));
+            if (!answer.ok()) heard.error = answer.error();
+        });
+    }
+
+    void answer(std::uint64_t request, std::uint32_t step, bool last) {
+        proto::ServerMessage message;
+        message.set_reply_to(request);
+        message.mutable_answer()->set_step(step);
+        message.mutable_answer()->set_last(last);
+        server_.send(message, "12345678");
+    }
+
+    void fail(std::uint64_t request, const std::string& code) {
+        proto::ServerMessage message;
+        message.set_reply_to(request);
+        message.mutable_failure()->set_code(code);
+        message.mutable_failure()->set_message("no more");
+        server_.send(message);
+    }
+};
+
+TEST_F(ConnectionQueries, AreAnsweredUntilTheLast) {
+    connect();
+    Heard one, two;
+    ask(one);
+    ask(two, "data/other");
+    const auto first = server_.read(), second = server_.read();
+    EXPECT_EQ(second.query().dataset(), "data/other");
+    for (std::uint32_t step = 0; step < 5; ++step) {
+        answer(second.request(), 10 + step, step == 4);
+        answer(first.request(), step, step == 4);
+    }
+    answer(first.request(), 99, true);  // nobody asked
+    settle();
+    EXPECT_THAT(one.steps, ElementsAre(0, 1, 2, 3, 4));
+    EXPECT_THAT(two.steps, ElementsAre(10, 11, 12, 13, 14));
+    EXPECT_FALSE(one.error || two.error);
+}
+
+TEST_F(ConnectionQueries, EndWithAFailure) {
+    connect();
+    Heard heard;
+    ask(heard);
+    const auto request = server_.read().request();
+    answer(request, 0, false);
+    fail(request, "corrupt");
+    answer(request, 1, true);
+    settle();
+    EXPECT_THAT(heard.steps, ElementsAre(0));
+    ASSERT_TRUE(heard.error);
+    EXPECT_EQ(heard.error->code, ErrorCode::corrupt);
+}
+
+TEST_F(ConnectionQueries, AnotherAnswerIsAnError) {
+    connect();
+    Heard heard;
+    ask(heard);
+    proto::ServerMessage message;
+    message.set_reply_to(server_.read().request());
+    message.mutable_jobs();
+    server_.send(message);
+    settle();
+    EXPECT_TRUE(heard.error);
+}
+
+TEST_F(ConnectionQueries, CancelledOnesAreSilent) {
+    connect();
+    std::vector<std::string> complaints;
+    connection_->onViewFailed(
+        [&](std::uint64_t, const Error& error) { complaints.push_back(error.message); });
+    for (const bool failing : {false, true}) {
+        Heard heard;
+        const auto query = ask(heard);
+        const auto request = server_.read().request();
+        answer(request, 0, false);
+        // What has arrived and was not told yet is not told any more.
+        while (!connection_->wait(std::chrono::milliseconds(100))) {
+        }
+        connection_->cancelQuery(query);
+        const auto cancel = server_.read();
+        ASSERT_TRUE(cancel.has_cancel_query());
+        EXPECT_EQ(cancel.cancel_query().request(), request);
+        answer(request, 1, !failing);
+        if (failing) fail(request, "cancelled");
+        settle();
+        connection_->cancelQuery(query);
+        settle();
+        EXPECT_THAT(heard.steps, IsEmpty());
+        EXPECT_FALSE(heard.error);
+    }
+    EXPECT_THAT(complaints, IsEmpty());
+}
+
+TEST_F(ConnectionQueries, OneThatWasNotSentIsNeverSent) {
+    connection_.emplace(server_.connectionFile(), quietSettings());
+    Heard kept, dropped;
+    const auto query = ask(dropped, "data/dropped");
+    ask(kept, "data/kept");
+    connection_->cancelQuery(query);
+    server_.welcome();
+    EXPECT_EQ(server_.read().query().dataset(), "data/kept");
+    settle();
+    EXPECT_TRUE(server_.quiet());
+}
+
+TEST_F(ConnectionQueries, AreAskedAgainOnANewLineUnlessTheyWereAnsweredInPart) {
+    auto settings = quietSettings();
+    settings.returnPatience = std::chrono::seconds(20);
+    connect(settings);
+    Heard partly, fresh;
+    ask(partly, "data/partly");
+    ask(fresh, "data/fresh");
+    answer(server_.read().request(), 0, false);
+    server_.read();
+    settle();
+    server_.drop();
+    server_.welcome();
+    const auto again = server_.read();
+    EXPECT_EQ(again.query().dataset(), "data/fresh");
+    answer(again.request(), 7, true);
+    settle();
+    EXPECT_THAT(partly.steps, ElementsAre(0));
+    EXPECT_TRUE(partly.error);
+    EXPECT_THAT(fresh.steps, ElementsAre(7));
+    EXPECT_FALSE(fresh.error);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/unit/client/connection_fixture.h"
+#include "tests/unit/client/fake_server.h"
 
 namespace mote::client {
 namespace {

@@ -4,6 +4,10 @@
 // ImGui that nothing shows. One owner, one thread, one at a time.
 #pragma once
 
+#include <google/protobuf/message.h>
+#include <set>
+#include <string>
+
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/panel.h"
 #include "client/view/view_model.h"
@@ -36,5 +40,11 @@ class PanelHand {
 
 /// A dataset that a layer of this kind can show, of three steps where it has any.
 proto::Manifest manifestFor(const proto::Layer& layer);
+
+// In which fields two messages differ, by their paths: "layers[0].particles.points.opacity". A list of
+// numbers is one field, and so is a list of messages where it grew or shrank. Pure functions.
+
+std::set<std::string> changedFields(const google::protobuf::Message& before,
+                                    const google::protobuf::Message& after);
 
 }  // namespace mote::client

@@ -16,7 +16,6 @@
 #include "client/view/view_model.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
-#include "tests/unit/view/changed_fields.h"
 #include "tests/unit/view/panel_hand.h"
 #include "tests/views/view_generator.h"
 

@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/view_model.h"
-
 #include <gtest/gtest.h>
+#include <cstdio>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 
+#include "client/shared/jobs.h"
+#include "client/view/camera_control.h"
 #include "client/view/layers/hybrid_editor.h"
 #include "client/view/layers/particles_editor.h"
 #include "client/view/layers/stipple_editor.h"
+#include "client/view/panel.h"
+#include "client/view/panel_widgets.h"
+#include "client/view/replot.h"
 #include "client/view/slider_values.h"
+#include "client/view/view_files.h"
+#include "client/view/view_model.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/plot_density.h"
 #include "protocol/scene/view.h"
+#include "tests/support/temp_dir.h"
 
 namespace mote::client {
 namespace {
@@ -197,8 +208,8 @@ TEST(ViewModel, AVolumeIsShownAndFramed) {
     const auto view = parseView(model.view(640, 480));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].hybrid(), nullptr);
-    EXPECT_EQ(view->layers[0].hybrid()->representation, HybridRepresentation::points);
-    EXPECT_TRUE(view->layers[0].hybrid()->opacity.has_value());
+    EXPECT_EQ(view->layers[0].hybrid()->representation(), "points");
+    EXPECT_FALSE(view->layers[0].hybrid()->curve().empty());
     EXPECT_EQ(view->camera.target, glm::dvec3(15.0));
     model.setDataset("data/frog", volume(-10.0));  // elsewhere
     EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(-5.0));
@@ -206,7 +217,7 @@ TEST(ViewModel, AVolumeIsShownAndFramed) {
     model.setDataset("data/beam", plotOf(1));
     EXPECT_FALSE(edits<HybridEditor>(model));
     model.setDataset("data/engine", volume(10.0));
-    EXPECT_GT(parseView(model.view(640, 480))->layers[0].hybrid()->opacity->maximum(), 0.0);
+    EXPECT_GT(hybridStyleOf(*parseView(model.view(640, 480))->layers[0].hybrid()).opacity->maximum(), 0.0);
 }
 
 TEST(ViewModel, AStippleStyleIsKept) {
@@ -258,6 +269,203 @@ TEST(ViewModel, WhatNoLayerDrawsIsAskedForAsParticles) {
     ViewModel model;
     model.setDataset("data/picture", picture);
     EXPECT_TRUE(model.view(64, 64).layers(0).has_particles());
+}
+
+constexpr double tolerance = 1e-9;  // double rounding of a few rotations, with room
+
+/// Where a world point appears, in heights of the picture from its middle, y down as the mouse.
+glm::dvec2 onScreen(const Camera& camera, const glm::dvec3& point) {
+    const glm::dvec4 eye = camera.worldToEye() * glm::dvec4(point, 1.0);
+    const double depth = camera.perspective() ? -eye.z : 1.0;
+    return glm::dvec2(eye.x, -eye.y) / (2.0 * camera.halfHeight() * depth);
+}
+
+TEST(CameraControl, OrbitKeepsDistanceAndTarget) {
+    const Camera before;
+    const Camera after = orbit(before, {0.3, -0.2});
+    EXPECT_NEAR(glm::distance(after.eye, after.target), glm::distance(before.eye, before.target), tolerance);
+    EXPECT_EQ(after.target, before.target);
+    EXPECT_GT(glm::distance(after.eye, before.eye), 0.5);
+}
+
+TEST(CameraControl, OrbitFollowsTheMouse) {
+    // A point in front of the target moves the way the mouse does.
+    const Camera before;
+    const glm::dvec3 front(0.0, 0.0, 0.5);
+    EXPECT_GT(onScreen(orbit(before, {0.1, 0.0}), front).x, onScreen(before, front).x);
+    EXPECT_GT(onScreen(orbit(before, {0.0, 0.1}), front).y, onScreen(before, front).y);
+}
+
+TEST(CameraControl, OrbitStopsAtThePoles) {
+    Camera camera;
+    for (int i = 0; i < 50; ++i) camera = orbit(camera, {0.0, 0.2});
+    EXPECT_TRUE(parseCamera(toProto(camera)).ok());
+    EXPECT_GT(camera.eye.y, 3.9);
+}
+
+TEST(CameraControl, PanKeepsTheTargetPlaneUnderTheMouse) {
+    const glm::dvec2 drag(0.17, -0.08);
+    for (const Camera& before : {Camera{}, toggleProjection(Camera{})}) {
+        const glm::dvec2 moved = onScreen(pan(before, drag), before.target) - onScreen(before, before.target);
+        EXPECT_NEAR(moved.x, drag.x, tolerance);
+        EXPECT_NEAR(moved.y, drag.y, tolerance);
+    }
+}
+
+TEST(CameraControl, DollyMovesTheEyeAndZoomDoesNot) {
+    const Camera before;
+    EXPECT_LT(glm::distance(dolly(before, 1.0).eye, before.target), glm::distance(before.eye, before.target));
+    EXPECT_EQ(zoom(before, 1.0).eye, before.eye);
+    EXPECT_LT(zoom(before, 1.0).fovYDegrees, before.fovYDegrees);
+}
+
+TEST(CameraControl, TheEyeGoesToAnySideOfTheTarget) {
+    const Camera before = pan(orbit(Camera{}, {0.3, 0.1}), {0.1, 0.2});
+    const auto front = lookFrom(before, 1, false);
+    EXPECT_NEAR(glm::distance(front.eye, before.target), glm::distance(before.eye, before.target), tolerance);
+    EXPECT_LT(front.eye.y, before.target.y);
+    EXPECT_EQ(front.up, glm::dvec3(0.0, 0.0, 1.0));
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_TRUE(parseCamera(toProto(lookFrom(before, axis, true))).ok());
+        EXPECT_TRUE(parseCamera(toProto(lookFrom(before, axis, false))).ok());
+    }
+}
+
+TEST(CameraControl, NoGestureLeavesTheValidCameras) {
+    for (Camera camera : {Camera{}, toggleProjection(Camera{})}) {
+        for (const double steps : {1e6, -1e6, 1e6}) {
+            camera = zoom(dolly(camera, steps), steps);
+            EXPECT_TRUE(parseCamera(toProto(camera)).ok()) << steps;
+        }
+    }
+}
+
+TEST(CameraControl, TogglingProjectionTwiceIsNothing) {
+    const Camera before = orbit(Camera{}, {0.2, 0.1});
+    const Camera after = toggleProjection(toggleProjection(before));
+    EXPECT_NEAR(glm::distance(after.eye, before.eye), 0.0, tolerance);
+    EXPECT_TRUE(after.perspective());
+}
+
+/// Two steps a second, from second 10 on.
+Playback playing() {
+    Playback playback;
+    playback.playing = true;
+    playback.stepsPerSecond = 2.0F;
+    EXPECT_EQ(playback.next(10.0, 0, 5, true), 1U);
+    return playback;
+}
+
+TEST(Playback, KeepsToItsRate) {
+    auto playback = playing();
+    EXPECT_EQ(playback.next(10.25, 1, 5, true), std::nullopt);
+    EXPECT_EQ(playback.next(10.5, 1, 5, true), 2U);
+}
+
+TEST(Playback, LeavesNoStepOutThatWasNotSeen) {
+    auto playback = playing();
+    EXPECT_EQ(playback.next(12.0, 1, 5, false), std::nullopt);
+    EXPECT_EQ(playback.next(13.0, 1, 5, true), 2U);
+    EXPECT_EQ(playback.next(13.25, 2, 5, true), std::nullopt) << "what is late is not made up for";
+}
+
+TEST(Playback, BeginsAnewAtTheEnd) {
+    auto playback = playing();
+    EXPECT_EQ(playback.next(11.0, 4, 5, true), 0U);
+}
+
+TEST(Playback, IsStillWhereThereIsNothingToPlay) {
+    auto playback = playing();
+    EXPECT_EQ(playback.next(20.0, 0, 1, true), std::nullopt);
+    EXPECT_EQ(playback.next(20.0, 0, 0, true), std::nullopt);
+    playback.playing = false;
+    EXPECT_EQ(playback.next(20.0, 0, 5, true), std::nullopt);
+}
+
+TEST(ViewFiles, ANameThatIsOfferedIsFree) {
+    const test::TempDir folder;
+    const auto usual = folder / "view.json";
+    EXPECT_EQ(freshPath(usual), usual);
+    std::ofstream(usual) << "{}";
+    EXPECT_EQ(freshPath(usual), folder / "view-2.json");
+    std::filesystem::create_symlink("nowhere", folder / "view-2.json");
+    EXPECT_EQ(freshPath(usual), folder / "view-3.json");
+}
+
+proto::Description described(const std::string& dataset, const AxisNames& axes) {
+    proto::Description description;
+    description.set_dataset(dataset);
+    for (const auto& axis : axes)
+        description.mutable_manifest()->mutable_particles()->add_axes()->set_name(axis);
+    auto& particles = *description.mutable_replot()->mutable_particles();
+    particles.add_inputs("data/run.h5");
+    for (const auto& axis : axes) particles.add_axes(axis);
+    particles.add_bounds()->set_name("x");
+    particles.set_leaf_capacity(64);
+    return description;
+}
+
+TEST(Replot, KeepsTheRunAndItsOptionsAndChangesTheAxes) {
+    const auto request = replotRequest(described("data/beam", {"x", "px", "y"}), {"x", "y", "z"});
+    ASSERT_TRUE(request);
+    EXPECT_EQ(request->output(), "data/beam-x-y-z.mote");
+    EXPECT_EQ(request->particles().inputs(0), "data/run.h5");
+    EXPECT_EQ(request->particles().axes(2), "z");
+    EXPECT_EQ(request->particles().leaf_capacity(), 64U);
+    EXPECT_EQ(request->particles().bounds_size(), 0);
+    EXPECT_EQ(datasetName(*request), "data/beam-x-y-z");
+}
+
+TEST(Replot, BoundsOfEachStepStayTheirs) {
+    auto description = described("data/beam", {"x", "px", "y"});
+    EXPECT_EQ(replotRequest(description, {"x", "y", "z"})->particles().bounds_of(), "");
+    auto& particles = *description.mutable_replot()->mutable_particles();
+    particles.mutable_bounds(0)->set_unit("step");  // as requests said before bounds_of
+    EXPECT_EQ(replotRequest(description, {"x", "y", "z"})->particles().bounds_of(), "step");
+    particles.clear_bounds();
+    particles.set_bounds_of("step");
+    EXPECT_EQ(replotRequest(description, {"x", "y", "z"})->particles().bounds_of(), "step");
+}
+
+TEST(Replot, NamesDoNotGrow) {
+    const auto request = replotRequest(described("data/beam-x-y-z", {"x", "y", "z"}), {"x", "px", "y"});
+    ASSERT_TRUE(request);
+    EXPECT_EQ(request->output(), "data/beam-x-px-y.mote");
+}
+
+TEST(Replot, NothingWhereTheRunIsOutOfReach) {
+    auto description = described("data/beam", {"x", "px", "y"});
+    description.clear_replot();
+    EXPECT_FALSE(replotRequest(description, {"x", "y", "z"}));
+    EXPECT_FALSE(axesOf(proto::Description()));
+}
+
+std::string shown(double value, double span) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), formatFor(span, value).c_str(), value);
+    return text.data();
+}
+
+TEST(FormatFor, TellsNumbersApartThatLieFarFromZero) {
+    EXPECT_EQ(shown(0.5, 1.0), "0.5");
+    EXPECT_EQ(shown(101325.001, 0.001), "101325.001");
+    EXPECT_NE(shown(101325.0011, 0.001), shown(101325.0012, 0.001));
+    EXPECT_EQ(shown(1234567.0, 1e9), "1.235e+06");
+}
+
+TEST(FormatFor, IsAFormatWhateverTheSpan) {
+    for (const double span : {0.0, -1.0, 1e-300, 1e300, std::numeric_limits<double>::infinity()}) {
+        EXPECT_NO_THROW(shown(7.0, span));
+        EXPECT_FALSE(shown(0.0, span).empty());
+    }
+}
+
+TEST(SliderValues, AFloatIsTheDecimalThatItShows) {
+    EXPECT_EQ(decimal(0.1F), 0.1);
+    EXPECT_EQ(decimal(3.0F), 3.0);
+    EXPECT_EQ(share(0.3F), 0.3);
+    EXPECT_EQ(share(1.5F), 1.0);
+    EXPECT_EQ(decimal(1e-30F), 1e-30);
 }
 
 }  // namespace

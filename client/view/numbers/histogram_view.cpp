@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/numbers/histogram_picture.h"
+#include "client/view/numbers/histogram_view.h"
 
 #include <algorithm>
 #include <array>
