@@ -51,9 +51,16 @@ enum class Expression::Operation : std::uint8_t {
     where,
 };
 
+/// What functions (exp, sin, atan2, powers, ...) are made with: SLEEF's vectors, within 1 unit in the last
+/// place and of both widths the same bits, or the C library's, within 3, a row at a time.
+enum class FunctionVectors : std::uint8_t { none, avx2, avx512 };
+
+/// The widest that this processor has.
+FunctionVectors functionVectorsHere();
+
 /// to[i] = operation(a[i], b[i], c[i]) for i < count; `to` may be one of the others. What an operation does
 /// not take is not read.
 void runOperation(Expression::Operation operation, const double* a, const double* b, const double* c,
-                  double* to, std::size_t count);
+                  double* to, std::size_t count, FunctionVectors vectors = functionVectorsHere());
 
 }  // namespace mote

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/quantity/any_vectors.h"
+#include "protocol/quantity/expression_kernel.h"
+
 namespace mote {
 namespace {
 
@@ -11,12 +14,38 @@ using Columns = KnownQuantity::Columns;
 using Out = std::span<double>;
 
 template <class Value>
-void forEachRow(Out out, Value value) {
+inline void forEachRow(Out out, Value value) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = value(i);
 }
 
-double momentumOf(Columns c, std::size_t i) {
-    return std::hypot(c[0][i], c[1][i], c[2][i]);
+/// Whether a sum of squares has lost nothing at a double's ends.
+inline bool isWithin(double square) {
+    return square > 1e-280 && square < 1e280;
+}
+
+/// The rows' sums of squares; whether all are within.
+MOTE_ANY_VECTORS bool squaresOf(Columns c, Out out) {
+    int beyond = 0;
+    const double *const x = c[0].data(), *const y = c[1].data();
+    const double* const z = c.size() > 2 ? c[2].data() : nullptr;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const double square = x[i] * x[i] + y[i] * y[i] + (z != nullptr ? z[i] * z[i] : 0.0);
+        out[i] = square;
+        beyond |= static_cast<int>(!isWithin(square));
+    }
+    return beyond == 0;
+}
+MOTE_ANY_VECTORS void rootsOf(Out out) {
+    forEachRow(out, [&](std::size_t i) { return std::sqrt(out[i]); });
+}
+
+/// sqrt(a^2 + b^2) or of three, as std::hypot has it where squares are too great or too small.
+void lengthsOf(Columns c, Out out) {
+    if (squaresOf(c, out)) return rootsOf(out);
+    forEachRow(out, [&](std::size_t i) {
+        if (isWithin(out[i])) return std::sqrt(out[i]);
+        return c.size() > 2 ? std::hypot(c[0][i], c[1][i], c[2][i]) : std::hypot(c[0][i], c[1][i]);
+    });
 }
 
 /// (x px + y py) / r, and on the axis its limit for a particle that leaves it.
@@ -25,13 +54,23 @@ double radialMomentum(double x, double y, double px, double py) {
     return radius > 0.0 ? (x * px + y * py) / radius : std::hypot(px, py);
 }
 
-double kineticEnergy(double momentum, const BeamContext& context) {
-    if (context.photons) return momentum;
-    // sqrt(p^2 + m^2) - m without the difference of two large numbers.
-    return momentum * (momentum / (std::hypot(momentum, context.mass) + context.mass));
+/// sqrt(p^2 + m^2); what is greater than any mass is it itself.
+inline double totalEnergy(double momentum, double mass) {
+    return momentum > 1e140 ? momentum : std::sqrt(momentum * momentum + mass * mass);
 }
 
-void ratio(Columns c, const BeamContext&, Out out) {
+/// From momenta to sqrt(p^2 + m^2) - m, without the difference of two large numbers.
+MOTE_ANY_VECTORS void makeKinetic(double m, Out out) {
+    forEachRow(out, [&](std::size_t i) { return out[i] * (out[i] / (totalEnergy(out[i], m) + m)); });
+}
+MOTE_ANY_VECTORS void makeGamma(double mass, Out out) {
+    forEachRow(out, [&](std::size_t i) { return totalEnergy(out[i] / mass, 1.0); });
+}
+MOTE_ANY_VECTORS void makeDelta(double mean, Out out) {
+    forEachRow(out, [&](std::size_t i) { return (out[i] - mean) / mean; });
+}
+
+MOTE_ANY_VECTORS void ratio(Columns c, const BeamContext&, Out out) {
     forEachRow(out, [&](std::size_t i) { return c[0][i] / c[1][i]; });
 }
 
@@ -56,19 +95,14 @@ std::vector<KnownQuantity> makeTable() {
         {"py", "p_y", "eV/c", {"py"}},
         {"pz", "p_z", "eV/c", {"pz"}},
         {"weight", "w", "1", {"weight"}},
-        {"r",
-         "r",
-         "m",
-         {"x", "y"},
-         [](Columns c, const BeamContext&, Out out) {
-             forEachRow(out, [&](std::size_t i) { return std::hypot(c[0][i], c[1][i]); });
-         }},
+        {"r", "r", "m", {"x", "y"}, [](Columns c, const BeamContext&, Out out) { lengthsOf(c, out); }},
         {"theta",
          "\u03b8",
          "rad",
          {"x", "y"},
          [](Columns c, const BeamContext&, Out out) {
-             forEachRow(out, [&](std::size_t i) { return std::atan2(c[1][i], c[0][i]); });
+             runOperation(Expression::Operation::atan2, c[1].data(), c[0].data(), nullptr, out.data(),
+                          out.size());
          }},
         {"xp", "x\u2032", "rad", {"px", "pz"}, ratio},
         {"yp", "y\u2032", "rad", {"py", "pz"}, ratio},
@@ -80,24 +114,23 @@ std::vector<KnownQuantity> makeTable() {
              forEachRow(out,
                         [&](std::size_t i) { return radialMomentum(c[0][i], c[1][i], c[2][i], c[3][i]); });
          }},
-        {"p", "p", "eV/c", momenta,
-         [](Columns c, const BeamContext&, Out out) {
-             forEachRow(out, [&](std::size_t i) { return momentumOf(c, i); });
-         }},
+        {"p", "p", "eV/c", momenta, [](Columns c, const BeamContext&, Out out) { lengthsOf(c, out); }},
         {"delta", "\u03b4", "1", momenta,
          [](Columns c, const BeamContext& context, Out out) {
-             const double mean = context.meanMomentum;
-             forEachRow(out, [&](std::size_t i) { return (momentumOf(c, i) - mean) / mean; });
+             lengthsOf(c, out);
+             makeDelta(context.meanMomentum, out);
          },
          meanMomentum},
         {"gamma", "\u03b3", "1", momenta,
          [](Columns c, const BeamContext& context, Out out) {
-             forEachRow(out, [&](std::size_t i) { return std::hypot(1.0, momentumOf(c, i) / context.mass); });
+             lengthsOf(c, out);
+             makeGamma(context.mass, out);
          },
          mass},
         {"energy", "E_kin", "eV", momenta,
          [](Columns c, const BeamContext& context, Out out) {
-             forEachRow(out, [&](std::size_t i) { return kineticEnergy(momentumOf(c, i), context); });
+             lengthsOf(c, out);
+             if (!context.photons) makeKinetic(context.mass, out);
          },
          massOrPhotons},
         {"zeta", "\u03b6", "m", {"z"}, fromMean<placeOfZ>, means},

@@ -24,7 +24,8 @@ struct BeamContext {
 
 struct KnownQuantity {
     using Columns = std::span<const std::span<const double>>;
-    /// `columns` are those that the row names, all of `out`'s size. Not finite where a particle has none.
+    /// `columns` are those that the row names, all of `out`'s size and none of them it. Not finite where a
+    /// particle has none.
     using Formula = void (*)(Columns columns, const BeamContext& context, std::span<double> out);
     enum class Need : std::uint8_t {
         nothing,

@@ -36,6 +36,7 @@ std::string nearNames(std::string_view name, std::span<const std::string_view> a
     std::vector<std::pair<std::size_t, std::string_view>> near;
     for (const auto one : all) {
         if (name.empty() || name.size() > longest || one.size() > longest) continue;
+        if (std::ranges::count(near, one, [](const auto& told) { return told.second; }) > 0) continue;
         const auto apart = lettersApart(name, one);
         const bool begins =
             std::min(name.size(), one.size()) > 1 && (one.starts_with(name) || name.starts_with(one));

@@ -28,70 +28,117 @@ std::string unitOfProduct(std::string_view a, std::string_view b) {
 class StatisticTable {
   public:
     std::vector<Statistic> make() {
-        for (const auto* name : {"n_particle", "n_finite", "n_slope", "n_lost"}) add(name, "1", {}, {});
-        add("charge", "C", {}, {});
+        addCounts();
         for (const auto name : spreads) {
-            for (const auto kind : kindsOfOne) addOf(fmt::format("{}_{}", kind, name), {name});
+            add("mean_Q", name, "weighted mean");
+            add("sigma_Q", name, "sqrt(<(Q - mean)²>)");
+            add("min_Q", name, "of the particles that count, whatever their weight");
+            add("max_Q", name, "of the particles that count, whatever their weight");
         }
         for (std::size_t i = 0; i < paired.size(); ++i) {
-            for (std::size_t j = i + 1; j < paired.size(); ++j)
-                addOf(fmt::format("cov_{}__{}", paired[i], paired[j]), {paired[i], paired[j]});
+            for (std::size_t j = i + 1; j < paired.size(); ++j) addCovariance(paired[i], paired[j]);
         }
         addEmittances();
-        addTransverse("x");
-        addTransverse("y");
+        for (const std::string plane : {"x", "y"}) addTransverse(plane, {plane, "p" + plane, "pz"});
         addLongitudinal();
         for (const std::string plane : {"x", "y", "z"}) {
-            for (const auto* kind : {"halo_h_", "halo_H_"})
-                add(kind + plane, "1", {plane}, {plane, "p" + plane});
+            const Names columns{plane, "p" + plane};
+            add("halo_h_U", plane, "1", columns, "<U⁴>/<U²>² - 2");
+            add("halo_H_U", plane, "1", columns,
+                "sqrt(3 I4)/(2 I2) - 2, I2 = <U²><pU²> - <U pU>², I4 = <U⁴><pU⁴> + 3 "
+                "<U² pU²>² - 4 <U pU³><U³ pU>");
         }
         return std::move(all_);
     }
 
   private:
-    void add(std::string name, std::string_view unit, Names of, Names columns) {
-        all_.push_back({std::move(name), std::string(unit), std::move(of), std::move(columns)});
+    /// "norm_emit_U" of x, made from columns of the run.
+    void add(std::string_view family, const std::string& plane, std::string_view unit, Names columns,
+             std::string_view definition) {
+        std::string name(family);
+        const auto at = name.find_first_of("QUV");
+        if (at != std::string::npos) name.replace(at, 1, plane);
+        Names of;
+        if (at != std::string::npos) of.push_back(plane);
+        all_.push_back(
+            {std::move(name), std::string(unit), std::move(of), std::move(columns), family, definition});
     }
-    /// In the unit of one quantity, or the product of two.
-    void addOf(std::string name, const std::vector<std::string_view>& quantities) {
-        Names columns;
-        for (const auto quantity : quantities) {
-            for (const auto column : findKnownQuantity(quantity)->columns) columns.emplace_back(column);
-        }
-        const std::string_view unit = findKnownQuantity(quantities.front())->unit;
-        add(std::move(name),
-            quantities.size() == 1 ? std::string(unit)
-                                   : unitOfProduct(unit, findKnownQuantity(quantities.back())->unit),
-            Names(quantities.begin(), quantities.end()), std::move(columns));
+    /// Of one quantity, in its unit.
+    void add(std::string_view family, std::string_view quantity, std::string_view definition) {
+        const auto& known = *findKnownQuantity(quantity);
+        add(family, std::string(quantity), known.unit, Names(known.columns.begin(), known.columns.end()),
+            definition);
     }
-    void addTwiss(const std::string& ending, const std::string& plane, const Names& columns) {
-        add("twiss_alpha_" + ending, "1", {plane}, columns);
-        add("twiss_beta_" + ending, "m", {plane}, columns);
-        add("twiss_gamma_" + ending, "1/m", {plane}, columns);
+    void addCovariance(std::string_view first, std::string_view second) {
+        const auto &a = *findKnownQuantity(first), &b = *findKnownQuantity(second);
+        Names columns(a.columns.begin(), a.columns.end());
+        columns.insert(columns.end(), b.columns.begin(), b.columns.end());
+        all_.push_back({fmt::format("cov_{}__{}", first, second), unitOfProduct(a.unit, b.unit),
+                        Names{std::string(first), std::string(second)}, std::move(columns), "cov_A__B",
+                        "<(A - mean)(B - mean)>; `cov_B__A` is the same"});
+    }
+    void addCounts() {
+        add("n_particle", "", "1", {}, "particles that take part");
+        add("n_finite", "", "1", {},
+            "of these, those that count: on them rests every number that is not of the next line");
+        add("n_slope", "", "1", {},
+            "of these, those whose slopes are finite (pz is not 0): on them rest `xp`, `yp`, `emit_x`, "
+            "`emit_y`, "
+            "and Twiss parameters and dispersion in x and y");
+        add("n_lost", "", "1", {}, "particles that the source marks as lost, whether they take part or not");
+        add("charge", "", "C", {},
+            "sum of the weights, times the magnitude of a particle's charge (`particleCharge` of the "
+            "manifest; 0 "
+            "of photons, neutrons and other neutral `species`; else e) where weights count real particles; "
+            "null "
+            "where their unit is not known");
     }
     void addEmittances() {
         const Names planes{"x", "y", "z"};
-        for (const auto& plane : planes) add("norm_emit_" + plane, "m", {plane}, {plane, "p" + plane});
-        add("norm_emit_4d", "m^2", {"x", "y"}, {"x", "px", "y", "py"});
+        for (const auto& plane : planes)
+            add("norm_emit_U", plane, "m", {plane, "p" + plane},
+                "normalised rms emittance, sqrt(<U²><pU²> - <U pU>²)/m");
+        add("norm_emit_4d", "", "m^2", {"x", "px", "y", "py"},
+            "sqrt(det Σ)/m², Σ the covariances of x px y py");
+        all_.back().of = {"x", "y"};
+        constexpr std::pair<std::string_view, std::string_view> shares[]{
+            {"emit90_action_U",
+             "normalised rms emittance of those with the smallest single-particle action that hold 90% of "
+             "the weight"},
+            {"emit95_action_U", "the same of those that hold 95% of the weight"},
+            {"emit99_action_U", "the same of those that hold 99% of the weight"}};
         for (const auto& plane : planes) {
-            for (const int percent : {90, 95, 99})
-                add(fmt::format("emit{}_action_{}", percent, plane), "m", {plane}, {plane, "p" + plane});
+            for (const auto& [family, definition] : shares)
+                add(family, plane, "m", {plane, "p" + plane}, definition);
         }
     }
-    void addTransverse(const std::string& plane) {
-        const Names columns{plane, "p" + plane, "pz"};
-        const auto ending = plane + "_no_dispersion";
-        add("emit_" + plane, "m", {plane}, columns);
-        addTwiss(plane, plane, columns);
-        add("twiss_eta_" + plane, "m", {plane}, columns);
-        add("twiss_etap_" + plane, "1", {plane}, columns);
-        add("emit_" + ending, "m", {plane}, columns);
-        addTwiss(ending, plane, columns);
+    void addTransverse(const std::string& plane, const Names& columns) {
+        add("emit_V", plane, "m", columns,
+            "geometric, with slopes: sqrt(<V²><Vp²> - <V Vp>²). openPMD-beamphysics: "
+            "`twiss_emit_x` of the table");
+        add("twiss_alpha_V", plane, "1", columns, "-<V Vp>/`emit_V`, dispersion and all");
+        add("twiss_beta_V", plane, "m", columns, "X");
+        add("twiss_gamma_V", plane, "1/m", columns, "<Vp²>/`emit_V`, likewise");
+        add("twiss_eta_V", plane, "m", columns,
+            "dispersion: <V delta>/<delta²>, with delta relative to the mean momentum of these particles");
+        add("twiss_etap_V", plane, "1", columns, "<Vp delta>/<delta²>, likewise");
+        add("emit_V_no_dispersion", plane, "m", columns,
+            "sqrt(B G - A²), where B = <V²> - <V delta>²/<delta²>, G = <Vp²> - <Vp "
+            "delta>²/<delta²>, A = <V Vp> - <V delta><Vp delta>/<delta²>");
+        add("twiss_alpha_V_no_dispersion", plane, "1", columns, "-A/`emit_V_no_dispersion`");
+        add("twiss_beta_V_no_dispersion", plane, "m", columns, "B/`emit_V_no_dispersion`");
+        add("twiss_gamma_V_no_dispersion", plane, "1/m", columns, "G/`emit_V_no_dispersion`");
     }
     void addLongitudinal() {
         const Names columns{"z", "px", "py", "pz"};
-        add("emit_z", "m", {"z"}, columns);
-        addTwiss("z", "z", columns);
+        const auto add = [&](std::string_view family, std::string_view unit, std::string_view definition) {
+            this->add(family, "z", unit, columns, definition);
+            all_.back().of = {"z"};
+        };
+        add("emit_z", "m", "sqrt(<z²><delta²> - <z delta>²)");
+        add("twiss_alpha_z", "1", "-<z delta>/`emit_z`");
+        add("twiss_beta_z", "m", "<z²>/`emit_z`");
+        add("twiss_gamma_z", "1/m", "<delta²>/`emit_z`");
     }
 
     std::vector<Statistic> all_;

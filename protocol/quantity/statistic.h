@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Statistic: a number that a set of particles has: its name, its unit and what it is of. One table for all
-// who compute, ask for, tell or draw statistics; definitions are in docs/NUMBERS.md. Pure functions.
+// Statistic: a number that a set of particles has: its name, its unit, what it is of and how it is defined.
+// One table for all who compute, ask for, tell or draw statistics; that of docs/NUMBERS.md is printed from
+// it. Pure functions.
 #pragma once
 
 #include <functional>
@@ -20,6 +21,10 @@ struct Statistic {
     std::string unit;             ///< "m", "eV/c", "m eV/c", "m^2", "1/m", "C", ...; "1" where it has none
     std::vector<std::string> of;  ///< the quantities that its name tells of: x and px of "cov_x__px"
     std::vector<std::string> columns;  ///< of a run that it is made from, weights aside
+    /// Its name and its definition as those have it that differ by a quantity alone: "norm_emit_U". In place
+    /// of Q, A and B stand quantities, of U x, y and z, of V x and y; <...> is the weighted mean about the
+    /// mean.
+    std::string_view family, definition;
 };
 
 /// All that every run has, in a fixed order: that of a manifest's statistic_names.

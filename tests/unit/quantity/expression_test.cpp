@@ -7,10 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "protocol/quantity/expression_kernel.h"
 #include "protocol/quantity/quantity.h"
+#include "tests/support/random.h"
 
 namespace mote {
 namespace {
@@ -109,6 +112,139 @@ TEST(Expression, IsBounded) {
     std::string names = "a0";
     for (std::size_t i = 1; i <= Expression::mostNames; ++i) names += "+a" + std::to_string(i);
     EXPECT_THAT(Expression::parse(names).error().message, HasSubstr("more than 16 columns are named"));
+}
+
+using Op = Expression::Operation;
+using Exactly = long double (*)(long double, long double);
+
+struct TestedFunction {
+    const char* name;
+    Op operation;
+    Exactly exactly;  ///< in 64 bits
+};
+const std::vector<TestedFunction> testedFunctions{
+    {"exp", Op::exp, [](long double a, long double) { return std::exp(a); }},
+    {"log", Op::log, [](long double a, long double) { return std::log(a); }},
+    {"log10", Op::log10, [](long double a, long double) { return std::log10(a); }},
+    {"sin", Op::sin, [](long double a, long double) { return std::sin(a); }},
+    {"cos", Op::cos, [](long double a, long double) { return std::cos(a); }},
+    {"tan", Op::tan, [](long double a, long double) { return std::tan(a); }},
+    {"asin", Op::asin, [](long double a, long double) { return std::asin(a); }},
+    {"acos", Op::acos, [](long double a, long double) { return std::acos(a); }},
+    {"atan", Op::atan, [](long double a, long double) { return std::atan(a); }},
+    {"sinh", Op::sinh, [](long double a, long double) { return std::sinh(a); }},
+    {"cosh", Op::cosh, [](long double a, long double) { return std::cosh(a); }},
+    {"tanh", Op::tanh, [](long double a, long double) { return std::tanh(a); }},
+    {"pow", Op::power, [](long double a, long double b) { return std::pow(a, b); }},
+    {"atan2", Op::atan2, [](long double a, long double b) { return std::atan2(a, b); }}};
+
+const std::vector<double> edgesOfDoubles{0.0,
+                                         -0.0,
+                                         infinite,
+                                         -infinite,
+                                         nan,
+                                         5e-324,
+                                         -5e-324,
+                                         1e-310,
+                                         2.2250738585072014e-308,
+                                         1.0,
+                                         -1.0,
+                                         0.5,
+                                         1.0000000000000002,
+                                         -1.0000000000000002,
+                                         2.0,
+                                         -3.0,
+                                         3.5,
+                                         709.0,
+                                         709.5,
+                                         -710.4,
+                                         710.5,
+                                         -745.1,
+                                         -745.2,
+                                         1e15,
+                                         1e22,
+                                         1.7976931348623157e308,
+                                         -1.7976931348623157e308};
+
+/// Of all magnitudes; those at which functions turn; the edges.
+double anyArgument(test::Random& random) {
+    if (random.chance(0.1)) return edgesOfDoubles[random.below(edgesOfDoubles.size())];
+    if (random.chance(0.2)) return std::bit_cast<double>(random.next());
+    if (random.chance(0.3)) return random.between(-800.0, 800.0);
+    return random.sign() * random.magnitude(-20, 3);
+}
+
+/// Units in the last place between what was made and the value in 64 bits; without end where only one of them
+/// is a number, or a zero has the other sign.
+double unitsApart(double made, long double exactly) {
+    const auto value = static_cast<double>(exactly);
+    if (std::isnan(value) || std::isnan(made)) return std::isnan(value) == std::isnan(made) ? 0.0 : infinite;
+    if (made == value) return std::signbit(made) == std::signbit(value) ? 0.0 : infinite;
+    if (std::isinf(made) || std::isinf(value)) return infinite;
+    int exponent = 0;
+    std::frexp(value, &exponent);
+    const double unit = std::ldexp(1.0, std::max(exponent - 53, -1074));
+    return std::abs(static_cast<double>((static_cast<long double>(made) - exactly) / unit));
+}
+
+std::vector<FunctionVectors> vectorsHere() {
+    std::vector<FunctionVectors> all{FunctionVectors::none};
+    if (functionVectorsHere() >= FunctionVectors::avx2) all.push_back(FunctionVectors::avx2);
+    if (functionVectorsHere() == FunctionVectors::avx512) all.push_back(FunctionVectors::avx512);
+    return all;
+}
+
+TEST(Expression, FunctionsAreWithinAUnitInTheLastPlace) {
+    test::Random random(7, 32);
+    std::vector<double> a, b;
+    for (const double first : edgesOfDoubles) {
+        for (const double second : edgesOfDoubles) a.push_back(first), b.push_back(second);
+    }
+    while (a.size() < 50'003) a.push_back(anyArgument(random)), b.push_back(anyArgument(random));
+    std::vector<double> made(a.size());
+    for (const auto& function : testedFunctions) {
+        for (const auto vectors : vectorsHere()) {
+            runOperation(function.operation, a.data(), b.data(), nullptr, made.data(), a.size(), vectors);
+            // SLEEF says 1.0 of itself; glibc, whose sinh and cosh go on where SLEEF's end, 2 or 3 of these.
+            const bool ends = function.operation == Op::sinh || function.operation == Op::cosh;
+            const double least = vectors == FunctionVectors::none ? 3.0 : 1.01;
+            for (std::size_t i = 0; i < a.size(); ++i) {
+                const double allowed = ends && std::abs(a[i]) > 709.0 ? 3.0 : least;
+                ASSERT_LE(unitsApart(made[i], function.exactly(a[i], b[i])), allowed)
+                    << function.name << " of " << a[i] << ", " << b[i] << ": " << made[i];
+            }
+        }
+    }
+}
+
+/// Of what is no number always the same.
+std::uint64_t bitsOf(double value) {
+    return std::bit_cast<std::uint64_t>(std::isnan(value) ? nan : value);
+}
+
+TEST(Expression, ARowHasTheSameValueAmongAnyOthersAndInAnyVectors) {
+    test::Random random(8, 32);
+    for (const auto& function : testedFunctions) {
+        std::vector<double> a(random.below(40) + 1), b(a.size());
+        for (auto& value : a) value = anyArgument(random);
+        for (auto& value : b) value = anyArgument(random);
+        std::vector<std::uint64_t> first;
+        for (const auto vectors : vectorsHere()) {
+            if (vectors == FunctionVectors::none) continue;
+            auto made = a;  // in place
+            runOperation(function.operation, made.data(), b.data(), nullptr, made.data(), made.size(),
+                         vectors);
+            std::vector<std::uint64_t> bits;
+            for (std::size_t i = 0; i < a.size(); ++i) {
+                double alone = 0.0;
+                runOperation(function.operation, &a[i], &b[i], nullptr, &alone, 1, vectors);
+                bits.push_back(bitsOf(made[i]));
+                EXPECT_EQ(bits.back(), bitsOf(alone)) << function.name << " of " << a[i];
+            }
+            if (first.empty()) first = bits;
+            EXPECT_EQ(bits, first) << function.name;
+        }
+    }
 }
 
 TEST(Expression, KnowsItsUnitWhereItCan) {

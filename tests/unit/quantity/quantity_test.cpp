@@ -3,10 +3,14 @@
 // How names become quantities of a run: which are found, what they are made from, and what is said of others.
 #include "protocol/quantity/quantity.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "protocol/quantity/plot_axes.h"
 #include "protocol/quantity/statistic.h"
@@ -70,6 +74,7 @@ TEST(Quantity, SaysWhatIsMissing) {
     EXPECT_THAT(errorOf("enrgy", run),
                 HasSubstr("is neither a column of the run nor derived from one; near it: energy"));
     EXPECT_THAT(errorOf("2*enrgy", run), HasSubstr("at 3: \"enrgy\" is neither"));
+    EXPECT_THAT(errorOf("xx", run), HasSubstr("near it: x, px, xp; it has"));  // x is a column and known
     EXPECT_THAT(errorOf("x + t", run), HasSubstr("at 5: \"t\" needs t"));
     run.mass = 0.0;
     EXPECT_THAT(errorOf("gamma", run), HasSubstr("needs the particles' mass"));
@@ -97,6 +102,39 @@ TEST(PlotAxes, AStepHasItsOwnWhereItsDatasetSaysSo) {
     add(*plot.mutable_steps(1)->mutable_axes(), 30.0);
     EXPECT_EQ(axisOf(plot, 2, 0).max(), 12.0);
     EXPECT_EQ(axisOf(plot, 2, 1).max(), 32.0);
+}
+
+/// A row for each family.
+std::string tableOfStatistics() {
+    std::string rows = "| name | unit | definition |\n| --- | --- | --- |\n";
+    std::vector<std::string_view> told;
+    for (const auto& statistic : statistics()) {
+        if (std::ranges::count(told, statistic.family) > 0) continue;
+        told.push_back(statistic.family);
+        const bool one = std::ranges::all_of(statistics(), [&](const Statistic& other) {
+            return other.family != statistic.family || other.unit == statistic.unit;
+        });
+        const auto unit = one ? statistic.unit : statistic.of.size() == 1 ? "Q's" : "A's times B's";
+        rows += fmt::format("| `{}` | {} | {} |\n", statistic.family, unit, statistic.definition);
+    }
+    return rows;
+}
+
+TEST(Statistic, TheTableOfTheDocsIsThisOne) {
+    constexpr std::string_view begin =
+        "<!-- made by MOTE_WRITE_DOCS=1 test-quantity from protocol/quantity/statistic.cpp -->\n";
+    const auto file = std::filesystem::path(MOTE_TEST_DATA).parent_path().parent_path() / "docs/NUMBERS.md";
+    std::ifstream in(file);
+    std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const auto from = text.find(begin), to = text.find("<!-- end of what is made -->");
+    ASSERT_TRUE(from != text.npos && to != text.npos && from < to);
+    const auto start = from + begin.size();
+    if (std::getenv("MOTE_WRITE_DOCS") != nullptr) {
+        text.replace(start, to - start, tableOfStatistics());
+        std::ofstream(file) << text;
+    } else {
+        EXPECT_EQ(text.substr(start, to - start), tableOfStatistics());
+    }
 }
 
 TEST(Statistic, OfAnyQuantity) {
