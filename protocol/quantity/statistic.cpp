@@ -117,11 +117,11 @@ class StatisticTable {
             "geometric, with slopes: sqrt(<V²><Vp²> - <V Vp>²). openPMD-beamphysics: "
             "`twiss_emit_x` of the table");
         add("twiss_alpha_V", plane, "1", columns, "-<V Vp>/`emit_V`, dispersion and all");
-        add("twiss_beta_V", plane, "m", columns, "X");
-        add("twiss_gamma_V", plane, "1/m", columns, "<Vp²>/`emit_V`, likewise");
+        add("twiss_beta_V", plane, "m", columns, "<V²>/`emit_V`, dispersion and all");
+        add("twiss_gamma_V", plane, "1/m", columns, "<Vp²>/`emit_V`, dispersion and all");
         add("twiss_eta_V", plane, "m", columns,
             "dispersion: <V delta>/<delta²>, with delta relative to the mean momentum of these particles");
-        add("twiss_etap_V", plane, "1", columns, "<Vp delta>/<delta²>, likewise");
+        add("twiss_etap_V", plane, "1", columns, "dispersion of the slope: <Vp delta>/<delta²>");
         add("emit_V_no_dispersion", plane, "m", columns,
             "sqrt(B G - A²), where B = <V²> - <V delta>²/<delta²>, G = <Vp²> - <Vp "
             "delta>²/<delta²>, A = <V Vp> - <V delta><Vp delta>/<delta²>");
