@@ -23,7 +23,6 @@
 #include "server/app/startup_report.h"
 #include "server/app/supervisor.h"
 #include "server/data/data_memory.h"
-#include "server/data/shared_file_steps.h"
 #include "server/frames/picture_maker.h"
 #include "server/log.h"
 #include "server/render/ranks/ranked_device.h"
@@ -123,15 +122,16 @@ int serveSupervised(ServerSettings settings, const DeviceFactory& device) {
 using Serve = std::function<int(const ServerSettings& settings, DeviceFactory device)>;
 
 /// The same on all ranks, as their command lines are. Errors: of the options.
-Result<SharedFileSteps> stepsOf(const ServerSettings& settings) {
+Result<std::unique_ptr<render::RankSteps>> stepsOf(const ServerSettings& settings) {
     MOTE_ASSIGN_OR_RETURN(auto roots, storage::Roots::parse(settings.roots));
     const auto memory = dataMemory(settings.memory);
     if (!memory.ok()) return memory.error().within("--memory");
-    return SharedFileSteps(std::move(roots), *memory);
+    return sharedFileSteps(std::move(roots), *memory);
 }
 
 /// What keeps any rank from its work keeps all from theirs.
-bool allReady(render::Ranks& ranks, const ServerSettings& settings, const Result<SharedFileSteps>& steps) {
+bool allReady(render::Ranks& ranks, const ServerSettings& settings,
+              const Result<std::unique_ptr<render::RankSteps>>& steps) {
     std::optional<Error> error;
     if (!steps.ok()) error = steps.error();
     if (settings.device == render::DeviceKind::egl) {
@@ -161,12 +161,12 @@ int runRank(render::Ranks& ranks, const ServerSettings& settings, const Serve& s
     if (ranks.rank() != 0) {
         // They end when the first rank does, which a launcher's signal reaches too.
         for (const int number : {SIGTERM, SIGINT, SIGHUP}) std::signal(number, SIG_IGN);
-        render::serveRanks(ranks, *steps, settings.threads);
+        render::serveRanks(ranks, **steps, settings.threads);
         return 0;
     }
     const Dismissal atLast(ranks);
     return serve(settings,
-                 [&] { return std::make_unique<render::RankedDevice>(ranks, *steps, settings.threads); });
+                 [&] { return std::make_unique<render::RankedDevice>(ranks, **steps, settings.threads); });
 }
 
 }  // namespace

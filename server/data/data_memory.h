@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// How --memory is shared out. Pure functions, but for asking how much memory the machine has.
+// How --memory is shared out, and the steps that a rank keeps within its share. Functions; the one that asks
+// how much memory the machine has is not pure.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "protocol/scene/error.h"
+#include "server/render/ranks/rank_steps.h"
+#include "storage/roots.h"
 
 namespace mote::server {
 
@@ -13,5 +17,9 @@ namespace mote::server {
 /// form of what it draws, and pictures under way. 0, which is no limit: half of the machine's memory.
 /// Errors: invalidArgument, which says what is needed at least.
 Result<std::uint64_t> dataMemory(std::uint64_t memory);
+
+/// Returns the steps of a file system that all ranks see, beneath roots of the same names; the latest stay
+/// open. `memory`: bytes of the steps that were opened. One thread.
+std::unique_ptr<render::RankSteps> sharedFileSteps(storage::Roots roots, std::uint64_t memory);
 
 }  // namespace mote::server

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <new>
 #include <optional>
 
 #include "protocol/mote.pb.h"
@@ -14,7 +13,6 @@
 #include "server/log.h"
 #include "storage/manifest.h"
 #include "storage/roots.h"
-#include "storage/storage_error.h"
 
 namespace mote::server {
 namespace {
@@ -30,15 +28,10 @@ Error unknownDataset(const std::string& dataset) {
                         toUtf8(dataset.substr(0, 200)))};
 }
 
-Error notLooked() {
-    return {ErrorCode::resourceExhausted, "dataset",
-            "there is not enough memory to look at the datasets now; ask again"};
-}
-
-/// The request for another plot of a dataset's run, as a client may submit it: of its columns, where it keeps
+/// The request for another plot of a dataset's run, as a client may submit it: of its columns, if it keeps
 /// all that the run had; else the request that made it, whose inputs are relative to the folder that holds
-/// the dataset. The result names inputs "ROOT/PATH" and has no output. Nothing where an input is no longer
-/// there or lies beneath no root, or where the request has no inputs.
+/// the dataset. The result names inputs "ROOT/PATH" and has no output. Nothing if an input is no longer
+/// there or lies beneath no root, or if the request has no inputs.
 std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry,
                                           const storage::Roots& roots) {
     const auto& request = entry.manifest->request();
@@ -64,20 +57,6 @@ std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry
         input = *name;
     }
     return replot;
-}
-
-/// What is asked for may be more than there is memory for now: who asked hears so.
-template <class Ask>
-auto answerOf(Ask ask) -> decltype(ask()) {
-    try {
-        return ask();
-    } catch (const storage::StorageError& failure) {
-        return failure.error();
-    } catch (const std::bad_alloc&) {
-        return Error{ErrorCode::resourceExhausted, "dataset", "there is not enough memory to look at it now"};
-    } catch (const std::exception& failure) {
-        return Error{ErrorCode::internal, "dataset", failure.what()};
-    }
 }
 
 }  // namespace
@@ -111,31 +90,12 @@ void DatasetService::run() {
         const auto work = std::move(work_.front());
         work_.pop_front();
         lock.unlock();
-        perform(work);
+        work();
         lock.lock();
     }
 }
 
-void DatasetService::perform(const Work& work) {
-    if (!tryAgainAndAgain(work.task) && work.inVain) work.inVain();
-}
-
-/// Whether it came to its end, at the latest when memory was back a moment later.
-bool DatasetService::tryAgainAndAgain(const std::function<void()>& task) {
-    using namespace std::chrono_literals;
-    for (auto pause = 10ms; pause < 320ms; pause *= 2) {
-        try {
-            task();
-            return true;
-        } catch (const std::exception& failure) {
-            log::failure("the datasets could not be looked at", failure);
-        }
-        std::this_thread::sleep_for(pause);
-    }
-    return false;
-}
-
-void DatasetService::enqueue(Work work) {
+void DatasetService::enqueue(std::function<void()> work) {
     {
         const std::lock_guard lock(mutex_);
         work_.push_back(std::move(work));
@@ -145,9 +105,9 @@ void DatasetService::enqueue(Work work) {
 
 void DatasetService::look() {
     const auto begun = std::chrono::steady_clock::now();
-    behind_ |= catalogue_.refresh();
+    const bool changed = catalogue_.refresh();
     lookTime_ = std::chrono::steady_clock::now() - begun;
-    if (!behind_) return;
+    if (!changed) return;
     auto known = std::make_shared<Known>();
     const auto summary = catalogue_.summary();
     for (const auto& entry : summary.datasets()) {
@@ -160,7 +120,6 @@ void DatasetService::look() {
         known_ = std::move(known);
     }
     changed_();
-    behind_ = false;
 }
 
 /// Every broken dataset is said once, not at every look.
@@ -177,27 +136,22 @@ void DatasetService::rescan() {
     {
         const std::lock_guard lock(mutex_);
         if (rescanWaits_) return;
-        work_.push_back({[this] {
+        work_.push_back([this] {
             {
                 const std::lock_guard begun(mutex_);
                 rescanWaits_ = false;
             }
-            looked_ = false;
             look();
-            looked_ = true;
             report();
-        }});
+        });
         rescanWaits_ = true;
     }
     wake_.notify_one();
 }
 
-void DatasetService::rescan(Asker<Status> asker) {
+void DatasetService::rescan(Answered<Status> answered) {
     rescan();
-    enqueue({[this, answered = std::move(asker.answered)] {
-                 answered(looked_ ? success() : Status(notLooked()));
-             },
-             std::move(asker.inVain)});
+    enqueue([answered = std::move(answered)] { answered(success()); });
 }
 
 std::shared_ptr<const DatasetService::Known> DatasetService::known() const {
@@ -214,12 +168,11 @@ bool DatasetService::contains(const std::string& dataset) const {
     return known()->entries.contains(withoutSuffix(dataset));
 }
 
-void DatasetService::describe(std::string dataset, Asker<Result<proto::Description>> asker) {
+void DatasetService::describe(std::string dataset, Answered<Result<proto::Description>> answered) {
     if (!contains(dataset)) rescan();
-    enqueue({[this, dataset = std::move(dataset), answered = std::move(asker.answered)] {
-                 answered(answerOf([&] { return describeKnown(dataset); }));
-             },
-             std::move(asker.inVain)});
+    enqueue([this, dataset = std::move(dataset), answered = std::move(answered)] {
+        answered(describeKnown(dataset));
+    });
 }
 
 Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& name) {
@@ -230,7 +183,6 @@ Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& nam
 }
 
 Result<proto::Description> DatasetService::describeKnown(const std::string& name) {
-    if (!looked_ && !contains(name)) return notLooked();
     MOTE_ASSIGN_OR_RETURN(const auto entry, dataset(name));
     proto::Description description;
     description.set_dataset(entry.name);

@@ -21,7 +21,6 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/data/residency.h"
-#include "server/data/run_source.h"
 #include "server/data/step_cache.h"
 #include "server/data/step_source.h"
 #include "storage/catalogue.h"
@@ -29,17 +28,12 @@
 
 namespace mote::server {
 
-/// Whoever waits for an answer, which comes unless the service ends first.
-template <class Answer>
-struct Asker {
-    /// Called on the service's thread; a few times, with pauses, where it throws, as memory may come back.
-    std::function<void(Answer)> answered;
-    /// Called there in place of the answer where that threw every time. Needs no memory and throws nothing.
-    std::function<void()> inVain;
-};
-
 class DatasetService final : public StepSource, public RunSource {
   public:
+    /// Called with the answer on the service's thread, unless the service ends first.
+    template <class Answer>
+    using Answered = std::function<void(Answer)>;
+
     /// `changed` is called on the service's thread when the datasets are not the same as before.
     /// Data take `memory` bytes; `arrived` is called on other threads when nothing more will come of what
     /// want() or resident() asked for, and must be quick.
@@ -52,9 +46,8 @@ class DatasetService final : public StepSource, public RunSource {
 
     /// Looks at the disk soon. Requests that come meanwhile are one.
     void rescan();
-    /// As rescan(), then answers: what was on the disk when this was called is known then. Errors:
-    /// resourceExhausted (there was no memory for that).
-    void rescan(Asker<Status> asker);
+    /// As rescan(), then answers: what was on the disk when this was called is known then.
+    void rescan(Answered<Status> answered);
 
     /// What the last look at the disk took: whoever looks often should mind it.
     std::chrono::steady_clock::duration lookTime() const { return lookTime_; }
@@ -62,8 +55,8 @@ class DatasetService final : public StepSource, public RunSource {
     std::shared_ptr<const proto::Catalogue> catalogue() const;
     bool contains(const std::string& dataset) const;
 
-    /// Errors: notFound, resourceExhausted.
-    void describe(std::string dataset, Asker<Result<proto::Description>> asker);
+    /// Errors: notFound.
+    void describe(std::string dataset, Answered<Result<proto::Description>> answered);
 
     Result<storage::Catalogue::Entry> dataset(const std::string& name) override;
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
@@ -83,17 +76,10 @@ class DatasetService final : public StepSource, public RunSource {
         std::map<std::string, storage::Catalogue::Entry> entries;
     };
 
-    struct Work {
-        std::function<void()> task;
-        std::function<void()> inVain = {};  ///< as an asker's; empty: nobody waits for it
-    };
-
     void run();
-    static void perform(const Work& work);
-    static bool tryAgainAndAgain(const std::function<void()>& task);
     void look();
     void report();
-    void enqueue(Work work);
+    void enqueue(std::function<void()> work);
     std::shared_ptr<const Known> known() const;
     struct OpenRun {
         std::shared_ptr<const proto::Manifest> manifest;  ///< tells a dataset from a later one of its name
@@ -104,8 +90,6 @@ class DatasetService final : public StepSource, public RunSource {
     // The thread's own.
     storage::Catalogue catalogue_;
     std::set<std::string> reported_;  // what the last look left out
-    bool behind_ = false;             // known_ lacks what the catalogue has seen, or nobody was told
-    bool looked_ = true;              // the latest look came to its end
     const std::function<void()> changed_;
     std::atomic<std::chrono::steady_clock::duration> lookTime_{std::chrono::steady_clock::duration::zero()};
 
@@ -113,7 +97,7 @@ class DatasetService final : public StepSource, public RunSource {
     std::condition_variable wake_;
     // Under the mutex.
     std::shared_ptr<const Known> known_;
-    std::deque<Work> work_;
+    std::deque<std::function<void()>> work_;
     bool rescanWaits_ = false;
     bool stopping_ = false;
     std::list<OpenRun> runs_;  // the latest first

@@ -25,7 +25,7 @@ class HeldMemory {
         if (budget_) budget_->giveBack(bytes_);
     }
 
-    /// Nothing where blocks that are in use leave no room. `budget`: null where nobody counts.
+    /// Nothing if blocks that are in use leave no room. `budget`: null if nobody counts.
     static std::optional<HeldMemory> whereThereIsRoom(std::shared_ptr<storage::BlockBudget> budget,
                                                       std::uint64_t bytes) {
         if (budget && !budget->take(bytes, budget->generation())) return std::nullopt;

@@ -36,7 +36,7 @@ Result<Loadable<render::PointValues>> valuesOf(const storage::Catalogue::Entry& 
                                                const std::shared_ptr<const ChosenPoints>& chosen,
                                                const std::string& selectionKey);
 
-/// What the colours of a column or derived quantity stand for where a view does not say it.
+/// What the colours of a column or derived quantity stand for if a view does not say it.
 struct KnownRange {
     ValueRange range;
     static std::uint64_t bytes() { return sizeof(KnownRange); }

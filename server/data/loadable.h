@@ -29,8 +29,8 @@ struct AnyLoadable {
 
     storage::Catalogue::Entry dataset;  ///< its manifest tells it from a later one of its name
     std::type_index type;               ///< of the value
-    int part = 0;                       ///< which one, where a step has several of the type
-    std::string key = {};               ///< which one, where more than a number tells: a selection, a column
+    int part = 0;                       ///< which one, if a step has several of the type
+    std::string key = {};               ///< which one, if more than a number tells: a selection, a column
     std::uint32_t step = 0;
     int steps = 1;  ///< of its series, at least one; those that come next are loaded ahead while it is played
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int niceness = 10;
 
-/// The calling thread gets about a tenth of what one gets that draws. Where that is refused, they are equals.
+/// The calling thread gets about a tenth of what one gets that draws. If that is refused, they are equals.
 /// On Linux both concern this thread alone, whatever it inherits.
 void giveWay() {
     const sched_param none{};

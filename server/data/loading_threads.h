@@ -15,7 +15,7 @@ namespace mote::server {
 
 class LoadingThreads {
   public:
-    /// `loadOne` loads a piece; it is false where there is none, and is not called then until wake(). It is
+    /// `loadOne` loads a piece; it is false if there is none, and is not called then until wake(). It is
     /// called on all of the threads, of which there is at least one, and locks what it shares.
     LoadingThreads(unsigned threads, std::function<bool()> loadOne);
     ~LoadingThreads() { stop(); }

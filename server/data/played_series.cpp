@@ -20,7 +20,7 @@ bool PlayOrder::asked(std::uint32_t step) {
     return true;
 }
 
-/// A single stride is an order where it leads to the neighbour. Two of one direction are: the shorter counts,
+/// A single stride is an order if it leads to the neighbour. Two of one direction are: the shorter counts,
 /// for a server that is slower than its client is asked for some steps only.
 std::int64_t PlayOrder::stride() const {
     const bool oneWay = latest_ * before_ > 0;

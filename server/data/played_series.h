@@ -24,9 +24,9 @@ class PlayOrder {
     /// `steps`: how many the dataset has, at least one.
     explicit PlayOrder(std::uint32_t steps) : steps_(steps) {}
 
-    /// False where it is the same step again, which changes nothing.
+    /// False if it is the same step again, which changes nothing.
     bool asked(std::uint32_t step);
-    /// The next ones, the nearest first; none where there is no order.
+    /// The next ones, the nearest first; none if there is no order.
     std::vector<std::uint32_t> next(std::size_t most) const;
 
   private:
@@ -60,7 +60,7 @@ class PlayedSeries {
                 return Series{manifest, PlayOrder(static_cast<std::uint32_t>(steps))};
             });
     }
-    /// Null where none of its steps were asked for of late.
+    /// Null if none of its steps were asked for of late.
     const Series* find(const Manifest& manifest) const {
         const auto found = std::find_if(all_.begin(), all_.end(),
                                         [&](const Series& one) { return one.manifest == manifest; });

@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
-#include "storage/storage_error.h"
+#include "storage/caught_error.h"
 
 namespace mote::server {
 namespace {
@@ -181,7 +180,7 @@ bool Residency::loadOne() {
     return true;
 }
 
-/// Counts what it takes. Errors: also resourceExhausted where there is no room but for what the present
+/// Counts what it takes. Errors: also resourceExhausted if there is no room but for what the present
 /// picture uses.
 Result<std::shared_ptr<Residency::Kept>> Residency::load(const AnyLoadable& what) const {
     const auto generation = budget_->generation();
@@ -196,12 +195,8 @@ Result<std::shared_ptr<Residency::Kept>> Residency::load(const AnyLoadable& what
 Result<Resident> Residency::read(const AnyLoadable& what) const {
     try {
         return what.load(what.step, [this] { return stopping_.load(); });
-    } catch (const storage::StorageError& failure) {
-        return failure.error();
-    } catch (const std::bad_alloc&) {
-        return noRoom(what.expected(what.step));
-    } catch (const std::exception& failure) {
-        return Error{ErrorCode::internal, what.dataset.directory.string(), failure.what()};
+    } catch (const std::exception&) {
+        return storage::caughtError(noRoom(what.expected(what.step)));
     }
 }
 

@@ -37,7 +37,7 @@ class Residency final : private storage::BudgetedBlocks {
     Residency(const Residency&) = delete;
     Residency& operator=(const Residency&) = delete;
 
-    /// What is asked for; without a value where it is not in memory: it is brought in, before all that is
+    /// What is asked for; without a value if it is not in memory: it is brought in, before all that is
     /// only expected, and of a dataset only the latest step. The next steps of a series that is played
     /// follow. What there was no room for, or had to go before it was asked for again, is waited for: or two
     /// of them could take turns for ever. Errors: what became of loading it, said once, then it is tried

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/data/shared_file_steps.h"
+#include "server/data/data_memory.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <list>
+#include <string>
 #include <utility>
 
 #include "protocol/scene/most_recent.h"
@@ -11,6 +13,7 @@
 #include "protocol/scene/selection.h"
 #include "server/data/step_cache.h"
 #include "server/render/layers/hybrid/hybrid_load.h"
+#include "storage/blocks/block_budget.h"
 #include "storage/manifest.h"
 #include "storage/numbers/dataset_steps.h"
 #include "storage/numbers/select_points.h"
@@ -25,7 +28,40 @@ Error replaced(const std::filesystem::path& file) {
             "is not the file that the first rank draws: was the dataset replaced?"};
 }
 
-}  // namespace
+class SharedFileSteps final : public render::RankSteps {
+  public:
+    SharedFileSteps(storage::Roots roots, std::uint64_t memory);
+
+    Result<Name> nameOf(const storage::ParticleStep& step) override;
+    Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
+    Result<Name> nameOf(const render::GridField& field) override;
+    Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
+    void beginPicture() override { budget_->beginGeneration(); }
+
+  private:
+    static constexpr std::size_t mostOpen = 16;
+
+    struct OpenStep {
+        Name name;
+        std::shared_ptr<const storage::ParticleStep> step;
+    };
+    struct OpenGrid {
+        Name name;
+        std::shared_ptr<const render::GridField> step;
+    };
+    Result<Name> nameOf(const storage::StepOrigin& origin) const;
+    Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
+    static Result<std::shared_ptr<const storage::ParticleStep>> openChosen(
+        const storage::PathBeneath& directory, const proto::Manifest& manifest, std::uint32_t step,
+        const std::string& selection);
+    Result<std::shared_ptr<const render::GridField>> loadFile(const Name& name);
+    Status makeRoom(std::uint64_t bytes);
+
+    const storage::Roots roots_;
+    const std::shared_ptr<storage::BlockBudget> budget_;
+    std::list<OpenStep> open_;   // the latest first
+    std::list<OpenGrid> grids_;  // likewise
+};
 
 SharedFileSteps::SharedFileSteps(storage::Roots roots, std::uint64_t memory)
     : roots_(std::move(roots)), budget_(std::make_shared<storage::BlockBudget>(memory)) {}
@@ -131,6 +167,12 @@ Status SharedFileSteps::makeRoom(std::uint64_t bytes) {
         grids_.pop_back();
     }
     return success();
+}
+
+}  // namespace
+
+std::unique_ptr<render::RankSteps> sharedFileSteps(storage::Roots roots, std::uint64_t memory) {
+    return std::make_unique<SharedFileSteps>(std::move(roots), memory);
 }
 
 }  // namespace mote::server

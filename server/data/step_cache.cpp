@@ -129,11 +129,6 @@ StepLoader::Served StepLoader::serve(const Piece& piece) const {
     } catch (const storage::StorageError& error) {
         piece.step->fail(error.error());
         return Served::failed;
-    } catch (const std::bad_alloc&) {
-        return Served::noRoom;
-    } catch (const std::exception& error) {
-        piece.step->fail({ErrorCode::internal, "", error.what()});
-        return Served::failed;
     }
 }
 
@@ -144,7 +139,7 @@ bool StepLoader::finished(const Piece& piece, Served served) {
     if (served != Served::yes) task.at = task.ahead.size();
     if (served == Served::noRoom) task.beyond = true;
     if (task.at < task.ahead.size() || task.busy > 0) return false;
-    // Not where a later need has taken its place.
+    // Not if a later need has taken its place.
     const auto place = std::find(tasks_.begin(), tasks_.end(), piece.task);
     if (place == tasks_.end()) return false;
     if (task.beyond) beyond_.push_front(piece.task);
@@ -171,7 +166,7 @@ Result<StepCache::Step> StepCache::open(const Place& place) {
     return storage::MappedStep::open(place.directory, *place.manifest, place.index, budget_);
 }
 
-/// Null where it is not open, or not to be used any more.
+/// Null if it is not open, or not to be used any more.
 StepCache::Step StepCache::find(const Place& place) {
     const std::lock_guard lock(mutex_);
     const auto* const found =

@@ -34,7 +34,7 @@ class StepLoader {
     StepLoader(std::shared_ptr<storage::BlockBudget> budget, unsigned threads, std::function<void()> arrived);
 
     /// Takes the place of what was wanted of that step before; an empty need: nothing more. In the budget's
-    /// present generation: what was used in it or later is not given up for it. False where the same need was
+    /// present generation: what was used in it or later is not given up for it. False if the same need was
     /// tried last and found beyond the budget: nothing will come.
     bool want(const std::shared_ptr<const storage::MappedStep>& step, const storage::StepNeed& need,
               Urgency urgency);
@@ -92,7 +92,7 @@ class StepCache {
     /// `arrived` as StepLoader's.
     StepCache(std::shared_ptr<storage::BlockBudget> budget, unsigned threads, std::function<void()> arrived);
 
-    /// Opens it where it is not open, or is damaged. Errors: as MappedStep::open.
+    /// Opens it if it is not open, or is damaged. Errors: as MappedStep::open.
     Result<Step> step(const storage::Catalogue::Entry& entry, std::uint32_t index);
     /// As StepSource::want.
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need);

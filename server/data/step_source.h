@@ -12,9 +12,19 @@
 #include "server/data/loadable.h"
 #include "storage/blocks/block_budget.h"
 #include "storage/catalogue.h"
+#include "storage/numbers/run_steps.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::server {
+
+/// Where questions for numbers get a run of particles from. Any number of threads.
+class RunSource {
+  public:
+    virtual ~RunSource() = default;
+    /// `dataset` as in the catalogue. The same run as long as the dataset is the same. Errors: notFound,
+    /// invalidArgument (it is no particle plot).
+    virtual Result<std::shared_ptr<const storage::RunSteps>> run(const std::string& dataset) = 0;
+};
 
 class StepSource {
   public:
@@ -25,10 +35,10 @@ class StepSource {
     /// corrupt, permissionDenied.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                                       std::uint32_t index) = 0;
-    /// What was asked for; without a value where it is not there yet: it is brought in meanwhile. Errors: of
+    /// What was asked for; without a value if it is not there yet: it is brought in meanwhile. Errors: of
     /// its files; resourceExhausted.
     virtual Result<Resident> resident(const AnyLoadable& what) = 0;
-    /// The same; null where it is not there yet.
+    /// The same; null if it is not there yet.
     template <class T>
     Result<std::shared_ptr<const T>> get(const Result<Loadable<T>>& what) {
         MOTE_RETURN_IF_ERROR(what);
@@ -41,7 +51,7 @@ class StepSource {
         return false;
     }
     /// What the pictures of a step, one that step() gave, would use now: what is missing is brought in
-    /// meanwhile, and later steps of a series that is played are readied as far. Returns at once. False where
+    /// meanwhile, and later steps of a series that is played are readied as far. Returns at once. False if
     /// nothing more will come: all is there, or there is no room for the rest.
     virtual bool want(const storage::ParticleStep& step, const storage::StepNeed& need) {
         static_cast<void>(step);

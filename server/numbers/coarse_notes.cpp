@@ -18,7 +18,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// The step from a value to the next where a column has such values: floats about an offset are the finer
+/// The step from a value to the next if a column has such values: floats about an offset are the finer
 /// the nearer they are to it. 0: it holds them as the source does.
 double stepOf(const storage::ColumnInfo& info, double low, double high) {
     const double most = std::max(std::abs(low - info.offset), std::abs(high - info.offset));

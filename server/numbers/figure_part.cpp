@@ -47,7 +47,7 @@ RmsEllipse ellipseOf(const HistogramFigure& figure) {
     return ellipse;
 }
 
-/// Of the particles themselves, where there are such statistics.
+/// Of the particles themselves, if there are such statistics.
 Result<std::optional<RmsEllipse>> ellipseOf(const HistogramPart::Axis& x, const HistogramPart::Axis& y,
                                             const StepQuestion& question) {
     proto::StatisticsQuery query;

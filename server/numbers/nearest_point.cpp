@@ -60,8 +60,8 @@ class Search {
         bool operator<(const Open& other) const { return distance > other.distance; }
     };
 
-    /// Pixels from the place to the smallest rectangle around a cell on the screen; infinite where no point
-    /// of it is seen, 0 where that cannot be told.
+    /// Pixels from the place to the smallest rectangle around a cell on the screen; infinite if no point
+    /// of it is seen, 0 if that cannot be told.
     double distanceTo(std::uint32_t node) const {
         const auto& nodes = walk_.nodes();
         const double edge = std::ldexp(2.0, -nodes.level[node]);

@@ -32,8 +32,8 @@ struct NearestPoint {
     }
 };
 
-/// The nearest that comes before `best`; `best` where there is none. Of two as near, the one nearer to the
-/// eye. `fraction`: of a leaf's points that are drawn, by its density. False where `cancelled` says to stop.
+/// The nearest that comes before `best`; `best` if there is none. Of two as near, the one nearer to the
+/// eye. `fraction`: of a leaf's points that are drawn, by its density. False if `cancelled` says to stop.
 /// Throws storage::StorageError.
 bool findNearest(const storage::ParticleStep& step, const Curve& fraction, const View& view,
                  const glm::dmat4& layerToWorld, const PicturePlace& place,

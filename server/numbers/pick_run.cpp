@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/view_message.h"
 #include "protocol/scene/view_parts.h"
 #include "server/numbers/nearest_point.h"
 #include "server/numbers/query_run.h"

@@ -50,9 +50,9 @@ class QueryMemory : public std::enable_shared_from_this<QueryMemory> {
 
     std::uint64_t limit() const { return limit_; }
     /// Waits until others have given back enough; `cancelled` is asked every few milliseconds. Errors:
-    /// resourceExhausted, where it is more than there can be, or others keep it for long; cancelled.
+    /// resourceExhausted, if it is more than there can be, or others keep it for long; cancelled.
     Result<Hold> take(std::uint64_t bytes, const std::function<bool()>& cancelled);
-    /// Only where it is there at once: a hold of no bytes else.
+    /// Only if it is there at once: a hold of no bytes else.
     Hold tryTake(std::uint64_t bytes);
 
   private:

@@ -14,7 +14,6 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/data/run_source.h"
 #include "server/data/step_source.h"
 #include "server/numbers/query_memory.h"
 #include "server/numbers/selection_results.h"

@@ -12,11 +12,12 @@
 #include <vector>
 
 #include "server/numbers/query_run.h"
+#include "storage/caught_error.h"
 
 namespace mote::server {
 namespace {
 
-// Steps below the other threads' priority: where pictures are drawn, a thread of this has a tenth of a core.
+// Steps below the other threads' priority: if pictures are drawn, a thread of this has a tenth of a core.
 constexpr int niceness = 10;
 constexpr std::uint64_t memoryShare = 4;
 
@@ -96,8 +97,9 @@ class QueryService::Impl {
                     MOTE_ASSIGN_OR_RETURN(query.run, QueryRun::make(query.message, context_));
                 }
                 return query.run->next(cancelled);
-            } catch (const std::exception& failure) {
-                return Error{ErrorCode::resourceExhausted, "query", failure.what()};
+            } catch (const std::exception&) {
+                return storage::caughtError(
+                    {ErrorCode::resourceExhausted, "query", "there is not enough memory to answer it"});
             }
         });
         if (!answer.ok() || answer->message.last()) query.run = nullptr;

@@ -33,8 +33,8 @@ class SelectionResults {
     /// resourceExhausted.
     Result<Mask> points(const Run& run, std::uint32_t step, const Selection& selection,
                         const Cancelled& cancelled);
-    /// The ids that it holds, ascending, each once: those that it names where it names nothing else, else
-    /// those of its points in the step in which it was made, and where it says none, in `step`.
+    /// The ids that it holds, ascending, each once: those that it names if it names nothing else, else
+    /// those of its points in the step in which it was made, and if it says none, in `step`.
     Result<Ids> ids(const Run& run, std::uint32_t step, const Selection& selection,
                     const Cancelled& cancelled);
 

@@ -208,9 +208,8 @@ asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
 
 /// Until the disk was looked at.
 asio::awaitable<Status> Session::rescan() {
-    return onThread<Status>(executor_, [datasets = context_.datasets](auto answered) {
-        datasets->rescan({std::move(answered), nullptr});
-    });
+    return onThread<Status>(
+        executor_, [datasets = context_.datasets](auto answered) { datasets->rescan(std::move(answered)); });
 }
 
 /// What is on the disk now, not what was at the last look.
@@ -223,9 +222,7 @@ asio::awaitable<proto::ServerMessage> Session::listDatasets() {
 }
 
 asio::awaitable<proto::ServerMessage> Session::describe(const std::string& dataset) {
-    const auto ask = [&](auto answered) {
-        context_.datasets->describe(dataset, {std::move(answered), nullptr});
-    };
+    const auto ask = [&](auto answered) { context_.datasets->describe(dataset, std::move(answered)); };
     auto described = co_await onThread<Result<proto::Description>>(executor_, ask);
     if (!described.ok()) co_return failure(described.error());
     proto::ServerMessage message;

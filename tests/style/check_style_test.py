@@ -110,6 +110,11 @@ class Files(unittest.TestCase):
             self.assertEqual(len(wrong("client/view/a.cpp", GOOD_SOURCE + line + "\n")), 1, line)
             self.assertEqual(wrong("tests/unit/a.cpp", GOOD_SOURCE + line + "\n"), [])
 
+    def test_who_catches_that_memory_is_short(self):
+        line = "} catch (const std::bad_alloc&) {\n"
+        self.assertEqual(len(wrong("server/session/a.cpp", GOOD_SOURCE + line)), 1)
+        self.assertEqual(wrong("storage/caught_error.cpp", GOOD_SOURCE + line), [])
+
     def test_the_length(self):
         lines = check_style.MOST_LINES - 1
         self.assertEqual(wrong("storage/a.cpp", GOOD_SOURCE + "int a;\n" * lines), [])

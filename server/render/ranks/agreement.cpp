@@ -5,32 +5,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <new>
 #include <string>
 #include <utility>
 
 #include "server/render/ranks/byte_stream.h"
-#include "storage/storage_error.h"
+#include "storage/caught_error.h"
 
 namespace mote::render {
 namespace {
-
-Error shortOfMemory() {
-    return {ErrorCode::resourceExhausted, "view", "there is not enough memory to draw it"};
-}
-
-/// The exception that is being handled.
-Error handledError() {
-    try {
-        throw;
-    } catch (const storage::StorageError& failure) {
-        return failure.error();
-    } catch (const std::bad_alloc&) {
-        return shortOfMemory();
-    } catch (const std::exception& failure) {
-        return {ErrorCode::internal, "view", failure.what()};
-    }
-}
 
 Bytes packError(const std::optional<Error>& error) {
     ByteWriter out;
@@ -45,16 +27,13 @@ Bytes packError(const std::optional<Error>& error) {
 }  // namespace
 
 void Agreement::keepHandled() noexcept {
-    try {
-        error_ = handledError();
-    } catch (const std::exception&) {
-        // It failed all the same.
-    }
+    error_ =
+        storage::caughtError({ErrorCode::resourceExhausted, "view", "there is not enough memory to draw it"});
 }
 
 bool Agreement::all(const std::stop_token& stop) {
     constexpr std::uint64_t well = 0, stopped = 1, failed = 2;
-    const std::uint64_t worst = ranks_.greatest(failed_ ? failed : stop.stop_requested() ? stopped : well);
+    const std::uint64_t worst = ranks_.greatest(error_ ? failed : stop.stop_requested() ? stopped : well);
     wentOn_ = worst == well;
     if (worst == failed) {
         const auto errors = exchangeErrors();
@@ -84,7 +63,6 @@ void Agreement::takeFirst(const std::vector<Bytes>& errors) {
         if (rank != 0) error_->message = fmt::format("rank {}: {}", rank, error_->message);
         return;
     }
-    error_ = shortOfMemory();  // so short that nobody could say it
 }
 
 }  // namespace mote::render

@@ -18,28 +18,26 @@ class Agreement {
   public:
     explicit Agreement(Ranks& ranks) : ranks_(ranks) {}
 
-    /// Does this rank's work, unless some of it failed before. What is thrown waits for all().
+    /// Does this rank's work, unless some of it failed before. What is thrown waits for all(); if there is no
+    /// memory to keep that, the process ends.
     template <class Work>
     void attempt(Work work) {
-        if (failed_) return;
+        if (error_) return;
         try {
             work();
         } catch (const std::exception&) {
-            failed_ = true;
             keepHandled();
         }
     }
 
-    /// All ranks call it: whether they go on. Not where one of them failed, or `stop` was requested on one.
-    /// Throws nothing before the others know; std::bad_alloc on rank 0 alone, where that has no memory for
-    /// the failure.
+    /// All ranks call it: whether they go on. Not if one of them failed, or `stop` was requested on one.
     bool all(const std::stop_token& stop);
     /// What all() said latest.
     bool wentOn() const { return wentOn_; }
     /// All ranks call it: whether `pause` was requested on one.
     bool paused(const std::stop_token& pause);
 
-    /// The first failure, naming its rank, on rank 0 once all() said no; nothing where it was a stop.
+    /// The first failure, naming its rank, on rank 0 once all() said no; nothing if it was a stop.
     const std::optional<Error>& failure() const { return error_; }
 
   private:
@@ -48,8 +46,7 @@ class Agreement {
     void takeFirst(const std::vector<Bytes>& errors);
 
     Ranks& ranks_;
-    bool failed_ = false;
-    std::optional<Error> error_;  // nothing, too, where memory was too short to keep it
+    std::optional<Error> error_;
     bool wentOn_ = true;
 };
 

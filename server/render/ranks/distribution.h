@@ -24,7 +24,7 @@ class LeafDistribution {
         return static_cast<int>((leaf >> shift_) % static_cast<std::size_t>(ranks_));
     }
 
-    /// A bit a leaf for the first `count`, as leavesInView(): those of `inView` that belong to `rank`. Where
+    /// A bit a leaf for the first `count`, as leavesInView(): those of `inView` that belong to `rank`. If
     /// `inView` has no bits, all are in view.
     std::vector<std::uint64_t> own(const std::vector<std::uint64_t>& inView, std::size_t count,
                                    int rank) const;
@@ -39,7 +39,7 @@ class LeafDistribution {
 /// batch has a tile for each rank at
 /// least. A value; pure functions.
 struct TileDistribution {
-    /// The most that a rank's cells for all others take, where every cell holds points.
+    /// The most that a rank's cells for all others take, if every cell holds points.
     static constexpr std::size_t batchBytes = std::size_t{256} << 20;
 
     /// A rank draws no more before a picture may give way: some milliseconds of a volume.

@@ -21,7 +21,7 @@ namespace mote::render {
 struct FrameOrder {
     std::uint64_t number = 0;  ///< of the picture
     PixelFormat format = PixelFormat::srgb8;
-    std::optional<std::uint32_t> flatPoints;  ///< the only ones, where depth does not matter
+    std::optional<std::uint32_t> flatPoints;  ///< the only ones, if depth does not matter
     std::vector<RankSteps::Name> pointSteps;  ///< one of the plan's points each
     std::vector<RankSteps::Name> fieldSteps;  ///< one of its fields each
     FramePlan plan;

@@ -89,7 +89,7 @@ void addUpCounts(Ranks& ranks, Counts counts, CountMessages messages) noexcept {
     }
 }
 
-/// A picture of points where depth does not matter is the sum of everyone's counts.
+/// A picture of points if depth does not matter is the sum of everyone's counts.
 std::optional<Picture> drawFlat(Ranks& ranks, CpuParts& parts, const FrameOrder& order, Agreement& agreement,
                                 const std::stop_token& stop) {
     std::optional<CountMessages> messages;

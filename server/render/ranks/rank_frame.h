@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// One picture, drawn by all ranks: each adds up the points of its own leaves; where depth matters, it sends
+// One picture, drawn by all ranks: each adds up the points of its own leaves; if depth matters, it sends
 // their cells to the owners of the tiles, who composite them with the volumes, which every rank has. Sums do
 // not depend on which rank's points lie in front: no order of the ranks is needed. All ranks call it alike.
 // It may give way between batches of tiles, and then keeps what it sorted.
 //
 // What throws between two messages would leave the other ranks waiting: whatever takes much memory is done in
-// an attempt, before all agree to go on; where there is none for the few words that are left, all end
+// an attempt, before all agree to go on; if there is none for the few words that are left, all end
 // (ranks.h).
 #pragma once
 
@@ -36,10 +36,10 @@ class SharedPicture {
     FrameOrder& order() { return order_; }
     std::uint64_t number() const { return order_.number; }
 
-    /// Sorts what is drawn; draws it where depth does not matter. Whether the ranks go on: not where one of
+    /// Sorts what is drawn; draws it if depth does not matter. Whether the ranks go on: not if one of
     /// them failed, or `stop` was requested on rank 0 before that was done.
     bool begin(const std::stop_token& stop);
-    /// Whether all is drawn: where begin() did it.
+    /// Whether all is drawn: if begin() did it.
     bool drawn() const { return next_ == tiles_.tiles; }
     /// Draws batches of tiles until all are drawn or `pause` is requested on rank 0, but one in any case.
     /// Whether it came to an end: then it is drawn, or one of the ranks failed. The steps are checked.

@@ -29,11 +29,11 @@ class RankSteps {
     virtual ~RankSteps() = default;
     /// Errors: unsupported (the step lies in no file beneath a root).
     virtual Result<Name> nameOf(const storage::ParticleStep& step) = 0;
-    /// Errors: of ParticleStep::open; corrupt where the file is not the one that was named.
+    /// Errors: of ParticleStep::open; corrupt if the file is not the one that was named.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) = 0;
     /// Likewise of fields of samples; `parts` is told by who draws.
     virtual Result<Name> nameOf(const GridField& field) = 0;
-    /// Whole. Errors: of loadHybrid; corrupt where the dataset is not the one that was named,
+    /// Whole. Errors: of loadHybrid; corrupt if the dataset is not the one that was named,
     /// resourceExhausted.
     virtual Result<std::shared_ptr<const GridField>> openGrid(const Name& name) = 0;
     /// Before a picture's first step: what the one before it held may leave memory.

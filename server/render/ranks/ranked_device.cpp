@@ -6,12 +6,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <new>
 #include <span>
 #include <utility>
 #include <vector>
@@ -58,7 +56,7 @@ struct KnownParts {
     KnownValues values = {};
 };
 
-/// The volume of the points' layer, as rank 0 has it; null where there is none.
+/// The volume of the points' layer, as rank 0 has it; null if there is none.
 std::shared_ptr<const StepVolume> volumeOf(const PointsPlan& points, const FramePlan& plan) {
     const auto own = std::ranges::find_if(plan.fields, [&](const FieldPlan& field) {
         return field.density() != nullptr && field.layer == points.layer;
@@ -100,19 +98,14 @@ Bytes pack(const std::vector<std::uint64_t>& forgotten, std::uint64_t number, co
 /// Pictures that gave way and then went, from any thread: the others hear of them with the next message.
 class ForgottenPictures {
   public:
-    /// `picture`: a list of its number alone, so that this takes no memory.
-    void add(std::list<std::uint64_t>& picture) noexcept {
+    void add(std::uint64_t picture) {
         const std::lock_guard lock(mutex_);
-        numbers_.splice(numbers_.end(), picture);
+        numbers_.push_back(picture);
     }
-    std::vector<std::uint64_t> all() {
+    /// All that the others have not heard of; they hear of them now.
+    std::vector<std::uint64_t> take() {
         const std::lock_guard lock(mutex_);
-        return {numbers_.begin(), numbers_.end()};
-    }
-    /// The others have heard of the first so many.
-    void told(std::size_t count) noexcept {
-        const std::lock_guard lock(mutex_);
-        numbers_.erase(numbers_.begin(), std::next(numbers_.begin(), static_cast<std::ptrdiff_t>(count)));
+        return std::exchange(numbers_, {});
     }
     bool any() {
         const std::lock_guard lock(mutex_);
@@ -121,7 +114,7 @@ class ForgottenPictures {
 
   private:
     std::mutex mutex_;
-    std::list<std::uint64_t> numbers_;
+    std::vector<std::uint64_t> numbers_;
 };
 
 /// The pictures of a rank that is not the first.
@@ -196,12 +189,10 @@ struct RankedDevice::State {
     std::uint64_t pictures = 0;
     std::shared_ptr<ForgottenPictures> forgotten = std::make_shared<ForgottenPictures>();
 
-    /// Where it throws, nothing was said.
+    /// `order`: of a picture that is begun; as large as its colours of pixels.
     void say(std::uint64_t number, const Bytes& order = {}) {
-        const auto gone = forgotten->all();
-        auto bytes = pack(gone, number, order);
+        auto bytes = pack(forgotten->take(), number, order);
         ranks.broadcast(bytes);
-        forgotten->told(gone.size());
     }
 };
 
@@ -209,12 +200,9 @@ struct RankedDevice::State {
 class RankedDevice::Unfinished final : public UnfinishedPicture {
   public:
     Unfinished(State& state, FrameOrder order)
-        : state_(state),
-          forgotten_(state.forgotten),
-          shared_(state.ranks, state.parts, std::move(order)),
-          number_(1, shared_.number()) {}
+        : state_(state), forgotten_(state.forgotten), shared_(state.ranks, state.parts, std::move(order)) {}
     ~Unfinished() override {
-        if (waits_) forgotten_->add(number_);
+        if (waits_) forgotten_->add(shared_.number());
     }
 
     /// As Device::begin.
@@ -244,8 +232,7 @@ class RankedDevice::Unfinished final : public UnfinishedPicture {
     State& state_;
     const std::shared_ptr<ForgottenPictures> forgotten_;
     SharedPicture shared_;
-    std::list<std::uint64_t> number_;  // what is said of it when it goes
-    bool waits_ = false;               // the others may keep their parts of it
+    bool waits_ = false;  // the others may keep their parts of it
 };
 
 FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat format) {
@@ -316,12 +303,7 @@ std::unique_ptr<UnfinishedPicture> RankedDevice::begin(const FramePlan& plan, Pi
 
 void RankedDevice::trim() {
     state_->parts.dropExpired();
-    if (!state_->forgotten->any()) return;
-    try {
-        state_->say(0);
-    } catch (const std::bad_alloc&) {
-        // The next message says it.
-    }
+    if (state_->forgotten->any()) state_->say(0);
 }
 
 void dismissRanks(Ranks& ranks) {

@@ -36,8 +36,8 @@ class Ranks {
 };
 
 /// The Ranks that a launcher of MPI started (mpirun, srun), for main, once. Joins the others, and leaves them
-/// when it goes; null where this process was not started as one of several. Touches no MPI where no launcher
-/// is about. Throws std::runtime_error where MPI does not start.
+/// when it goes; null if this process was not started as one of several. Touches no MPI if no launcher
+/// is about. Throws std::runtime_error if MPI does not start.
 std::unique_ptr<Ranks> joinRanks();
 
 }  // namespace mote::render
