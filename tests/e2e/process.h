@@ -5,9 +5,9 @@
 #pragma once
 
 #include <sys/types.h>
-
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
@@ -36,7 +36,7 @@ class Process {
     void signal(int number) const;
     /// The exit status, 128 and the signal's number where one ended it; empty after the timeout.
     std::optional<int> wait(Timeout timeout = patience);
-    /// Reads until stdout holds `text`; false where the process ends or time runs out before.
+    /// Reads until stdout holds `text`; false if the process ends or time runs out before.
     bool waitForOutput(const std::string& text, Timeout timeout = patience);
 
     const std::string& output() const { return output_; }  ///< stdout so far
@@ -58,12 +58,38 @@ class Process {
 /// Waits for the end of a process that is no child of ours; false after the timeout.
 bool waitForEnd(pid_t process, Process::Timeout timeout = Process::patience);
 
-/// How a finished process ended, for assertions: runs it to its end. 124 where it does not end in time.
+/// How a finished process ended, for assertions: runs it to its end. 124 if it does not end in time.
 struct Finished {
     int status = 0;
     std::string output, errors;
 };
 Finished runProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                     const ProcessOptions& options = {});
+
+// What mpirun needs to be told in tests, and what it started. Functions without state.
+
+/// mpirun refuses root, and more ranks than cores, unless told: tests run in both. `folder` takes its
+/// temporary files.
+inline ProcessOptions mpiEnvironment(const std::filesystem::path& folder) {
+    ProcessOptions options;
+    options.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+                           {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+                           {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+                           {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
+                           {"TMPDIR", folder.string()}};
+    return options;
+}
+
+/// The processes that a process has started.
+inline std::vector<pid_t> childrenOf(pid_t process) {
+    std::vector<pid_t> children;
+    std::error_code ignored;
+    for (const auto& thread :
+         std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task", ignored)) {
+        std::ifstream file(thread.path() / "children");
+        for (pid_t child = 0; file >> child;) children.push_back(child);
+    }
+    return children;
+}
 
 }  // namespace mote::test

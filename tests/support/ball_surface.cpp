@@ -10,7 +10,7 @@
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/stipple_hierarchy.h"
 #include "storage/storage_error.h"
-#include "tests/support/mesh_edges.h"
+#include "tests/support/generated_mesh.h"
 
 namespace mote::test {
 namespace {

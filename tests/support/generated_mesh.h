@@ -14,6 +14,15 @@
 
 namespace mote::test {
 
+// The edges of generated meshes, found in the plainest way: by the places of their ends. Pure functions.
+
+/// Where two triangles meet in opposite directions and no other there, one edge; else one for each triangle,
+/// with nothing on its other side.
+std::vector<storage::MeshEdge> edgesOf(const storage::SurfaceMesh& mesh);
+
+/// A mesh with its edges and bounds.
+std::shared_ptr<const render::MeshSurface> surfaceOf(storage::SurfaceMesh mesh);
+
 std::span<const std::string_view> meshForms();
 
 /// `form`: one of meshForms().

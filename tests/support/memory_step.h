@@ -12,9 +12,22 @@
 #include <vector>
 
 #include "storage/particles/particle_step.h"
-#include "tests/support/brute_preview.h"
 
 namespace mote::test {
+
+// The preview of any step, by sorting all of its points: slow, and of no code that mote-prep uses. A pure
+// function.
+
+struct BrutePreview {
+    std::vector<storage::PreviewPoint> points;
+    std::vector<float> threshold;
+    LogDensity scale;
+
+    /// As ParticleStep::preview.
+    storage::Preview first(std::uint64_t most) const;
+};
+
+BrutePreview brutePreview(const storage::ParticleStep& step);
 
 struct WeightedPoint {
     glm::dvec3 position;  ///< in the plot's box [0, 1]^3

@@ -4,6 +4,8 @@
 // have in memory. The ranks serve while it lives; its device belongs to the thread that made it.
 #pragma once
 
+#include <atomic>
+#include <barrier>
 #include <functional>
 #include <memory>
 #include <thread>
@@ -12,9 +14,30 @@
 #include "server/render/layers/scene.h"
 #include "server/render/ranks/rank_steps.h"
 #include "server/render/ranks/ranked_device.h"
-#include "tests/support/thread_ranks.h"
+#include "server/render/ranks/ranks.h"
 
 namespace mote::test {
+
+/// Ranks that are threads of the test, without MPI. Whoever makes the group owns it; each rank
+/// belongs to one thread at a time.
+class ThreadRanks {
+  public:
+    explicit ThreadRanks(int size);
+    ~ThreadRanks();
+    ThreadRanks(const ThreadRanks&) = delete;
+    ThreadRanks& operator=(const ThreadRanks&) = delete;
+
+    int size() const { return static_cast<int>(ranks_.size()); }
+    render::Ranks& operator[](int rank) { return *ranks_[static_cast<std::size_t>(rank)]; }
+
+  private:
+    class Rank;
+
+    std::barrier<> meeting_;
+    std::vector<std::vector<render::Bytes>> messages_;  // by sender and receiver
+    std::atomic<std::uint64_t> stopped_{0};
+    std::vector<std::unique_ptr<render::Ranks>> ranks_;
+};
 
 /// The steps of one scene.
 class SceneSteps final : public render::RankSteps {

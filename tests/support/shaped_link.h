@@ -22,7 +22,7 @@ struct LinkShape {
 class ShapedLink {
   public:
     /// Listens at `from` (made, removed at the end), connects each client to `to`: paths of Unix sockets.
-    /// Throws std::runtime_error where it cannot listen.
+    /// Throws std::runtime_error if it cannot listen.
     ShapedLink(std::filesystem::path from, std::filesystem::path to, const LinkShape& shape);
     ~ShapedLink();
     ShapedLink(const ShapedLink&) = delete;

@@ -9,7 +9,7 @@
 
 #include "server/data/load_mesh.h"
 #include "server/frames/picture_maker.h"
-#include "tests/support/mesh_edges.h"
+#include "tests/support/generated_mesh.h"
 #include "tests/support/random.h"
 #include "tests/support/view_text.h"
 #include "tests/unit/frames/fake_device.h"

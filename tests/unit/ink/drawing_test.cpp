@@ -12,7 +12,6 @@
 #include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/ink/mesh_modalities.h"
 #include "tests/support/generated_mesh.h"
-#include "tests/support/mesh_edges.h"
 #include "tests/unit/ink/ink_cover.h"
 #include "tests/unit/ink/ink_views.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "server/render/layers/ink/mesh_modalities.h"
-#include "tests/support/mesh_edges.h"
+#include "tests/support/generated_mesh.h"
 #include "tests/unit/ink/ink_views.h"
 
 namespace mote::render {

@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Isosurfaces of volumes whose surfaces are known: where they lie, that they are closed, which side is out.
-#include "preprocess/mesh/isosurface.h"
-
 #include <gmock/gmock.h>
-
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <fstream>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
+#include <random>
 
+#include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/mesh_job.h"
+#include "preprocess/mesh/surface_topology.h"
+#include "preprocess/mesh/triangle_mesh.h"
 #include "storage/mesh/mesh_file.h"
 #include "tests/support/must.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
+#include "tests/unit/mesh/sample_files.h"
 #include "tests/unit/particles/quiet_progress.h"
 
 namespace mote::prep {
@@ -209,5 +212,116 @@ TEST(Isosurface, BecomesADatasetByAJob) {
     EXPECT_FALSE(std::filesystem::exists(folder / "b.mote"));
 }
 
+constexpr std::uint32_t side = 32;
+
+/// A square of 32 by 32 cells, two triangles each, in random order.
+TriangleMesh shuffledSquare() {
+    TriangleMesh mesh;
+    for (std::uint32_t i = 0; i < (side + 1) * (side + 1); ++i) {
+        mesh.positions.emplace_back(i % (side + 1), i / (side + 1), 0.0F);
+    }
+    for (std::uint32_t i = 0; i < side * side; ++i) {
+        const auto v = i % side + (i / side) * (side + 1);
+        mesh.triangles.push_back({v, v + 1, v + side + 1});
+        mesh.triangles.push_back({v + 1, v + side + 2, v + side + 1});
+    }
+    std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), std::mt19937(7));
+    return mesh;
+}
+
+double meanStep(const TriangleMesh& mesh) {
+    double sum = 0.0;
+    for (std::size_t t = 1; t < mesh.triangles.size(); ++t) {
+        sum += glm::distance(mesh.positions[mesh.triangles[t][0]], mesh.positions[mesh.triangles[t - 1][0]]);
+    }
+    return sum / static_cast<double>(mesh.triangles.size() - 1);
+}
+
+TEST(SpatialOrder, WhatIsNearInSpaceIsNearInMemory) {
+    const auto shuffled = shuffledSquare();
+    auto mesh = shuffled;
+    orderInSpace(mesh);
+    // Two random places in a square are half its side apart; the steps of a Z curve are 1.7 on average, and
+    // a triangle's first corner lies up to a cell off its middle.
+    EXPECT_GT(meanStep(shuffled), 0.4 * side);
+    EXPECT_LT(meanStep(mesh), 3.0);
+}
+
+TEST(SpatialOrder, KeepsEveryTriangleAsItIs) {
+    const auto shuffled = shuffledSquare();
+    auto mesh = shuffled;
+    orderInSpace(mesh);
+    EXPECT_EQ(mesh.positions, shuffled.positions);
+    EXPECT_TRUE(std::is_permutation(mesh.triangles.begin(), mesh.triangles.end(), shuffled.triangles.begin(),
+                                    shuffled.triangles.end()));
+}
+
+TEST(SpatialOrder, TrianglesAtOnePlaceStayInOrder) {
+    TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{1, 2, 0}, {0, 1, 2}, {2, 1, 0}}};
+    const auto before = mesh.triangles;
+    orderInSpace(mesh);
+    EXPECT_EQ(mesh.triangles, before);
+}
+
 }  // namespace
 }  // namespace mote::prep
+
+namespace mote::test {
+namespace {
+
+using storage::MeshEdge;
+
+prep::TriangleMesh weldedMeshOf(const std::string& obj) {
+    auto read = readBytes({"mesh.obj", obj});
+    EXPECT_TRUE(read.ok());
+    return std::move(read->mesh);
+}
+
+/// The unit cube, a square a side.
+const std::string cube =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+    "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+TEST(SurfaceTopology, ACubeHasFlatSidesAndClosedEdges) {
+    const auto mesh = prep::makeSurfaceMesh(weldedMeshOf(cube));
+    ASSERT_TRUE(storage::checkSurfaceMesh(mesh).ok());
+    EXPECT_EQ(mesh.triangles.size(), 12U);
+    EXPECT_EQ(mesh.positions.size(), 24U) << "four corners a side, each with the side's own normal";
+    EXPECT_EQ(mesh.edges.size(), 18U) << "E = V + F - 2 of the 8 places and 12 triangles";
+    for (const auto& edge : mesh.edges) EXPECT_NE(edge.triangles[1], MeshEdge::none);
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const auto& p = mesh.positions;
+        const auto normal = glm::normalize(glm::cross(p[b] - p[a], p[c] - p[a]));
+        for (const auto v : {a, b, c}) EXPECT_NEAR(glm::dot(normal, mesh.normals[v]), 1.0F, 1e-6F);
+        EXPECT_GT(glm::dot(normal, (p[a] + p[b] + p[c]) / 3.0F - glm::vec3(0.5F)), 0.0F) << "outwards";
+    }
+}
+
+TEST(SurfaceTopology, BordersAndFansAreEdgesOfOneTriangle) {
+    // Three triangles at one edge, as leaves of a book.
+    const auto mesh = prep::makeSurfaceMesh(
+        weldedMeshOf("v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"));
+    EXPECT_EQ(mesh.edges.size(), 9U);
+    for (const auto& edge : mesh.edges) EXPECT_EQ(edge.triangles[1], MeshEdge::none);
+}
+
+TEST(SurfaceTopology, ASmoothSurfaceSharesItsVertices) {
+    const auto mesh =
+        prep::makeSurfaceMesh(weldedMeshOf("v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"));
+    EXPECT_EQ(mesh.positions.size(), 4U);
+    EXPECT_EQ(mesh.edges.size(), 5U);
+    const auto inner = std::find_if(mesh.edges.begin(), mesh.edges.end(),
+                                    [](const auto& edge) { return edge.triangles[1] != MeshEdge::none; });
+    ASSERT_NE(inner, mesh.edges.end());
+    EXPECT_EQ(inner->triangles, (std::array<std::uint32_t, 2>{0, 1}));
+}
+
+TEST(SurfaceTopology, VerticesThatOnlyTouchAreApart) {
+    // Two triangles with one corner in common.
+    const auto mesh = prep::makeSurfaceMesh(
+        weldedMeshOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n"));
+    EXPECT_EQ(mesh.positions.size(), 6U);
+}
+
+}  // namespace
+}  // namespace mote::test

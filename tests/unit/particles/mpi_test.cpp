@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "storage/hash.h"
-#include "tests/e2e/mpi_launch.h"
+#include "tests/e2e/process.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::test {

@@ -14,7 +14,6 @@
 #include "protocol/scene/drawn_points.h"
 #include "storage/verify.h"
 #include "tests/support/beams.h"
-#include "tests/support/brute_preview.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/fake_source.h"

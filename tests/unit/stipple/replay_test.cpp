@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/layers/stipple/replay.h"
-
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <random>
 
+#include "server/render/layers/stipple/dot_cells.h"
+#include "server/render/layers/stipple/pixel_map.h"
+#include "server/render/layers/stipple/replay.h"
+#include "server/render/layers/stipple/tone.h"
 #include "tests/unit/stipple/small_hierarchy.h"
 
 namespace mote::render {
@@ -162,6 +165,203 @@ TEST(StippleReplay, ThreadsChangeNothing) {
     for (std::size_t i = 0; i < one.size(); ++i) {
         ASSERT_EQ(one[i].point, four[i].point);
         ASSERT_EQ(one[i].position, four[i].position);
+    }
+}
+
+TEST(Tone, coverAndInkAreInverse) {
+    double before = -1.0;
+    for (double ink = 0.0; ink <= 1.0; ink += 0.001) {
+        const double cover = coverOfInk(ink);
+        EXPECT_GT(cover, before);
+        before = cover;
+        EXPECT_NEAR(inkOfCover(cover), ink, 1e-12);
+        EXPECT_GE(cover, ink - 1e-12);  // dots cannot ink more than they cover
+    }
+    EXPECT_EQ(inkOfCover(solidCover), 1.0);
+    EXPECT_EQ(inkOfCover(100.0), 1.0);
+    EXPECT_EQ(coverOfInk(1.0), solidCover);
+    EXPECT_EQ(inkOfCover(0.0), 0.0);
+}
+
+TEST(Tone, dotsThatDoNotMeetInkTheirAreas) {
+    EXPECT_NEAR(densityOfInk(0.25, 4.0), 0.25 / (std::numbers::pi * 4.0), 1e-12);
+}
+
+/// A hexagonal cell of points a apart has the area sqrt(3) / 2 a^2.
+TEST(Tone, densityOfASpacing) {
+    EXPECT_NEAR(1.0 / densityOfSpacing(2.0), std::sqrt(3.0) / 2.0 * 4.0, 1e-12);
+}
+
+PixelMap halves() {
+    return {2, 1, {0.0F, 1.0F}};
+}
+
+TEST(PhotographTone, blackGetsTheFullDensityAndWhiteNone) {
+    const PhotographTone tone{10.0, 2.0, 1.0, true};
+    const auto wanted = wantedDensity(halves(), 200, 100, tone);
+    EXPECT_FLOAT_EQ(wanted.at(10, 50), static_cast<float>(tone.fullDensity()));
+    EXPECT_EQ(wanted.at(190, 50), 0.0F);
+    const auto inverted = wantedDensity(halves(), 200, 100, {10.0, 2.0, 1.0, false});
+    EXPECT_EQ(inverted.at(10, 50), 0.0F);
+    EXPECT_FLOAT_EQ(inverted.at(190, 50), static_cast<float>(tone.fullDensity()));
+}
+
+TEST(PhotographTone, inkIsOneMinusBrightness) {
+    const PixelMap grey(1, 1, {0.25F});
+    for (const double gamma : {0.5, 1.0, 2.0}) {
+        const PhotographTone tone{10.0, 2.0, gamma, true};
+        const double share = 1.0 - std::pow(0.25, gamma);
+        EXPECT_NEAR(wantedDensity(grey, 10, 10, tone).at(5, 5), share * tone.fullDensity(), 1e-6);
+    }
+}
+
+TEST(PhotographTone, thePictureLiesInTheMiddle) {
+    const PixelMap black(2, 1, {0.0F, 0.0F});
+    const auto wanted = wantedDensity(black, 100, 100, {10.0, 2.0, 1.0, true});
+    EXPECT_EQ(wanted.at(50, 24), 0.0F);
+    EXPECT_GT(wanted.at(50, 25), 0.0F);
+    EXPECT_GT(wanted.at(50, 74), 0.0F);
+    EXPECT_EQ(wanted.at(50, 75), 0.0F);
+}
+
+constexpr std::uint32_t width = 37, height = 23;
+
+std::vector<float> randomValues() {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    std::vector<float> values(width * height);
+    for (auto& value : values) value = unit(random);
+    return values;
+}
+
+/// The mean over a rectangle, pixel by pixel.
+double slowMean(const std::vector<float>& values, double x0, double y0, double x1, double y1) {
+    double sum = 0.0;
+    for (std::uint32_t y = 0; y < height; ++y) {
+        for (std::uint32_t x = 0; x < width; ++x) {
+            const double across = std::min(x1, x + 1.0) - std::max<double>(x0, x);
+            const double down = std::min(y1, y + 1.0) - std::max<double>(y0, y);
+            if (across > 0.0 && down > 0.0) sum += across * down * values[y * width + x];
+        }
+    }
+    return sum / ((x1 - x0) * (y1 - y0));
+}
+
+TEST(PixelMap, meansOverSquaresAreExact) {
+    const auto values = randomValues();
+    const PixelMap map(width, height, values);
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    for (int i = 0; i < 500; ++i) {
+        const double x = unit(random) * width;
+        const double y = unit(random) * height;
+        const double half = 0.5 * (1.0 + 12.0 * unit(random));
+        const double expected =
+            slowMean(values, std::max(x - half, 0.0), std::max(y - half, 0.0),
+                     std::min<double>(x + half, width), std::min<double>(y + half, height));
+        // Sums up to 851 in doubles, of which a part of a pixel is the least that is looked at.
+        EXPECT_NEAR(map.mean(x, y, 2.0 * half), expected, 1e-9);
+    }
+    EXPECT_NEAR(map.total(), slowMean(values, 0, 0, width, height) * width * height, 1e-9);
+}
+
+TEST(PixelMap, outsideIsAsAtTheEdge) {
+    const PixelMap map(width, height, randomValues());
+    EXPECT_EQ(map.mean(-50.0, 7.5, 1.0), map.mean(0.0, 7.5, 1.0));
+    EXPECT_EQ(map.mean(1e6, 1e6, 3.0), map.mean(width, height, 3.0));
+    EXPECT_NEAR(map.mean(10.0, 10.0, 1e6), map.total() / (width * height), 1e-12);
+}
+
+TEST(PixelMap, ofOnePixel) {
+    const PixelMap map(1, 1, {0.25F});
+    EXPECT_DOUBLE_EQ(map.mean(0.5, 0.5, 0.1), 0.25);
+    EXPECT_DOUBLE_EQ(map.mean(-3.0, 9.0, 100.0), 0.25);
+}
+
+PixelMap randomMap(std::uint32_t width, std::uint32_t height) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> unit(0.0F, 0.1F);
+    std::vector<float> values(std::size_t{width} * height);
+    for (auto& value : values) value = unit(random);
+    return {width, height, std::move(values)};
+}
+
+std::vector<glm::vec2> randomDots(std::size_t count, float width, float height) {
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> unit(-0.05F, 1.05F);  // some lie outside
+    std::vector<glm::vec2> dots(count);
+    for (auto& dot : dots) dot = {unit(random) * width, unit(random) * height};
+    return dots;
+}
+
+/// Pixel by pixel, over all dots.
+std::vector<DotCell> slowCells(const PixelMap& wanted, const std::vector<glm::vec2>& dots) {
+    std::vector<DotCell> cells(dots.size());
+    for (std::size_t y = 0; y < wanted.height(); ++y) {
+        for (std::size_t x = 0; x < wanted.width(); ++x) {
+            const glm::dvec2 pixel(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+            std::size_t nearest = 0;
+            for (std::size_t i = 1; i < dots.size(); ++i) {
+                if (glm::distance(pixel, glm::dvec2(dots[i])) <
+                    glm::distance(pixel, glm::dvec2(dots[nearest]))) {
+                    nearest = i;
+                }
+            }
+            cells[nearest].mass += wanted.at(x, y);
+            cells[nearest].centroid += static_cast<double>(wanted.at(x, y)) * pixel;
+        }
+    }
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        auto& cell = cells[i];
+        cell.centroid = cell.mass > 0.0 ? cell.centroid / cell.mass : glm::dvec2(dots[i]);
+    }
+    return cells;
+}
+
+void expectSameAsSlow(const PixelMap& wanted, const std::vector<glm::vec2>& dots) {
+    const auto cells = dotCells(wanted, dots);
+    const auto expected = slowCells(wanted, dots);
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        // Sums in single precision of at most some 10^4 pixels of a block; a pixel between two dots may be
+        // either's, where single and double precision disagree: none is, for these seeds.
+        EXPECT_NEAR(cells[i].mass, expected[i].mass, 1e-4 * (1.0 + expected[i].mass)) << i;
+        EXPECT_NEAR(cells[i].centroid.x, expected[i].centroid.x, 2e-3) << i;
+        EXPECT_NEAR(cells[i].centroid.y, expected[i].centroid.y, 2e-3) << i;
+    }
+}
+
+TEST(DotCells, areVoronoiCells) {
+    expectSameAsSlow(randomMap(131, 77), randomDots(300, 131, 77));
+    expectSameAsSlow(randomMap(200, 90), randomDots(3, 200, 90));
+    expectSameAsSlow(randomMap(64, 64), randomDots(1, 64, 64));
+}
+
+TEST(DotCells, secondMomentsOfARectangle) {
+    const PixelMap map(24, 12, std::vector<float>(24 * 12, 0.5F));
+    const auto cell = dotCells(map, std::vector<glm::vec2>{{3.0F, 4.0F}}).at(0);
+    EXPECT_NEAR(cell.mass, 144.0, 1e-3);
+    // Of n pixels' centres in a row: (n^2 - 1) / 12.
+    EXPECT_NEAR(cell.xx, (24.0 * 24.0 - 1.0) / 12.0, 1e-2);
+    EXPECT_NEAR(cell.yy, (12.0 * 12.0 - 1.0) / 12.0, 1e-2);
+    EXPECT_NEAR(cell.xy, 0.0, 1e-2);
+}
+
+TEST(DotCells, noDotsAndFarDots) {
+    const auto map = randomMap(50, 50);
+    EXPECT_TRUE(dotCells(map, {}).empty());
+    const auto cells = dotCells(map, std::vector<glm::vec2>{{-1e6F, -1e6F}});
+    EXPECT_NEAR(cells.at(0).mass, map.total(), 1e-3);
+}
+
+TEST(DotCells, sameOnAnyThreads) {
+    const auto map = randomMap(400, 300);
+    const auto dots = randomDots(2000, 400, 300);
+    const auto all = dotCells(map, dots);
+    tbb::task_arena one(1);
+    const auto alone = one.execute([&] { return dotCells(map, dots); });
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        EXPECT_EQ(all[i].mass, alone[i].mass);
+        EXPECT_EQ(all[i].centroid, alone[i].centroid);
     }
 }
 

@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "tests/support/nearest_triangle.h"
+#include "tests/support/surface_measures.h"
 #include "tests/unit/surface/test_surfaces.h"
 
 namespace mote::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "run_file.h"
+#include "tests/unit/synth/run_file.h"
 
 #include <cmath>
 

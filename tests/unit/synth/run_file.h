@@ -17,7 +17,7 @@ class RunFile {
     explicit RunFile(const std::filesystem::path& path);
     bool ok() const { return file_.ok(); }
 
-    /// An attribute of the object at `path`; empty, or NaN, where it is absent.
+    /// An attribute of the object at `path`; empty, or NaN, if it is absent.
     std::string text(const std::string& path, const char* name) const;
     double number(const std::string& path, const char* name) const;
     std::vector<double> numbers(const std::string& path, const char* name) const;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "preprocess/volume/volume_source.h"
+#include "tests/support/temp_dir.h"
 
 namespace mote::test {
 
@@ -49,7 +50,7 @@ struct WholeVolume {
 /// Reads a volume slice by slice.
 Result<WholeVolume> readVolume(const std::filesystem::path& path,
                                const proto::VolumeSourceOptions& options = {});
-/// Slices of a volume, in the order that they are asked for; empty where one cannot be read.
+/// Slices of a volume, in the order that they are asked for; empty if one cannot be read.
 std::vector<float> readSlices(const std::filesystem::path& path, const std::vector<std::uint32_t>& slices,
                               const proto::VolumeSourceOptions& options = {});
 /// What readSlices() should give, of slices of `size` numbers.
@@ -57,6 +58,35 @@ std::vector<double> slicesOf(const std::vector<double>& numbers, std::size_t siz
                              const std::vector<std::uint32_t>& slices);
 /// "CODE: WHERE: MESSAGE" of reading it; "" where it is read.
 std::string volumeError(const std::filesystem::path& path, const proto::VolumeSourceOptions& options = {});
+
+/// A file of a folder of a test's own, which is read as a volume.
+class OneFile {
+  public:
+    explicit OneFile(const char* name) : name_(name) {}
+
+    Result<WholeVolume> read(const std::string& bytes, const std::string& field = "") const {
+        return readVolume(written(bytes), of(field));
+    }
+    std::string error(const std::string& bytes, const std::string& field = "") const {
+        return volumeError(written(bytes), of(field));
+    }
+
+  protected:
+    TempDir folder_;
+
+  private:
+    std::filesystem::path written(const std::string& bytes) const {
+        writeFile(folder_ / name_, bytes);
+        return folder_ / name_;
+    }
+    static proto::VolumeSourceOptions of(const std::string& field) {
+        proto::VolumeSourceOptions options;
+        options.set_field(field);
+        return options;
+    }
+
+    const char* name_;
+};
 
 /// Where the centre of a voxel lies.
 glm::dvec3 worldOf(const prep::VolumeShape& shape, double x, double y, double z);

@@ -12,7 +12,7 @@
 #include <random>
 
 #include "storage/hash.h"
-#include "tests/e2e/mpi_launch.h"
+#include "tests/e2e/process.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::test {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/memory_step.h"
-
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <glm/common.hpp>
 #include <numeric>
 
 #include "tests/support/beams.h"
+#include "tests/support/image.h"
+#include "tests/support/memory_step.h"
+#include "tests/support/temp_dir.h"
 
 namespace mote::test {
 namespace {
@@ -126,6 +127,40 @@ TEST(MemoryStep, DuplicatesStopAtTheDeepestLevel) {
     const auto step = MemoryStep::make(points, {.leafCapacity = 1, .maxLevel = 6});
     ASSERT_EQ(step->leaves().size(), 1U);
     EXPECT_EQ(step->nodes().level[step->leaves().node[0]], 6);
+}
+
+TEST(Image, ComesBackFromItsFile) {
+    const TempDir folder;
+    Image image{3, 2, {}};
+    // Alpha other than 255 as well: pixels must come back as they were, not multiplied by it.
+    for (int i = 0; i < 24; ++i) image.pixels.push_back(static_cast<std::uint8_t>(10 * i + 3));
+    const auto path = folder / "deeper/image.png";
+    const auto status = writePng(image, path);
+    ASSERT_TRUE(status.ok()) << status.error().toString();
+    const auto again = readPng(path);
+    ASSERT_TRUE(again.ok()) << again.error().toString();
+    EXPECT_EQ(*again, image);
+}
+
+TEST(Image, WhatIsNoPictureIsAnError) {
+    const TempDir folder;
+    EXPECT_EQ(readPng(folder / "absent.png").error().code, ErrorCode::notFound);
+    std::ofstream(folder / "text.png") << "no picture";
+    EXPECT_FALSE(readPng(folder / "text.png").ok());
+}
+
+TEST(TempDir, IsFreshAndGoesWithAllThatIsInIt) {
+    std::filesystem::path path;
+    {
+        const TempDir one;
+        const TempDir other;
+        path = one.path();
+        EXPECT_NE(one.path(), other.path());
+        EXPECT_TRUE(std::filesystem::is_empty(path));
+        std::filesystem::create_directories(one / "a/b");
+        std::ofstream(one / "a/b/c") << "x";
+    }
+    EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 }  // namespace
