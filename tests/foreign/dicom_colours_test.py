@@ -12,8 +12,7 @@ from pydicom.sequence import Sequence
 from pydicom.uid import JPEGBaseline8Bit
 
 import phantom
-from dicom_case import DicomCase
-from dicom_files import compressed, enhanced, item, save, slices
+from dicom_files import DicomCase, compressed, enhanced, item, save, slices
 from phantom import OBLIQUE, SIZES, VALUES
 from support import needs_program, volume, volumes
 

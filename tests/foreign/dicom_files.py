@@ -12,7 +12,8 @@ from pydicom.uid import (DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian, Ex
                          ImplicitVRLittleEndian)
 
 import phantom
-from phantom import SIZES, VALUES
+from phantom import OBLIQUE, SIZES, VALUES
+from support import Case, needs_program, volume
 
 PLAIN_SYNTAXES = {"implicit": ImplicitVRLittleEndian, "explicit": ExplicitVRLittleEndian,
                   "deflated": DeflatedExplicitVRLittleEndian, "big": ExplicitVRBigEndian}
@@ -186,3 +187,14 @@ def compressed(folder, into, program, *options):
 
 def syntax_of(folder):
     return pydicom.dcmread(next(iter(sorted(folder.iterdir()))), stop_before_pixels=True).file_meta.TransferSyntaxUID
+
+
+@needs_program
+class DicomCase(Case):
+    """One reading, held to the known volume."""
+
+    def right(self, path, values=VALUES, place=OBLIQUE, what="", options=()):
+        values, place = expected(place, values)
+        made = volume(path, *options)
+        self.same(made, values, place, what)
+        return made

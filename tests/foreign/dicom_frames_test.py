@@ -10,8 +10,7 @@ import numpy
 from pydicom.sequence import Sequence
 
 import phantom
-from dicom_case import DicomCase
-from dicom_files import (compressed, enhanced, expected, item, mosaic, numbers, put_pixels, save, siemens_header, slices,
+from dicom_files import (DicomCase, compressed, enhanced, expected, item, mosaic, numbers, put_pixels, save, siemens_header, slices,
                          syntax_of, uid)
 from phantom import OBLIQUE, PLACES, SIZES, VALUES
 from support import Refused, needs_program, volume, volumes

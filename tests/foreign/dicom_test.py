@@ -12,9 +12,8 @@ import nibabel
 import numpy
 from pydicom.sequence import Sequence
 import phantom
-from dicom_files import NAMES, PLAIN_SYNTAXES, blank, expected, item, numbers, save, slices, uid
+from dicom_files import NAMES, PLAIN_SYNTAXES, DicomCase, blank, expected, item, numbers, save, slices, uid
 from phantom import OBLIQUE, PLACES, SIZES, VALUES
-from dicom_case import DicomCase
 from support import BIN, Refused, needs_program, run, volume, volumes
 
 

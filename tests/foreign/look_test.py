@@ -11,8 +11,7 @@ import numpy
 import beams
 import looked
 from beams import Beam, table, write_text
-from program import BIN
-from support import Case, needs_program
+from support import BIN, Case, needs_program
 
 
 def box(scale=1.0):

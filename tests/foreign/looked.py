@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """mote-prep look held to the datasets that are made of the same files: every file that these tests read is looked at, too."""
 import json
+import os
+import pathlib
 import subprocess
 
 import numpy
 
-from program import BIN
-
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("MOTE_BIN", ROOT / "build" / "release" / "bin"))
 SECONDS = 120  # no file of the tests takes a part of it
 PASSED_ON = ("--mass", "--map", "--species", "--format", "--frequency", "--kinetic-energy", "--field", "--series")
 formats = None  # those that the running test writes; None: any

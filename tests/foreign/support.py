@@ -14,9 +14,9 @@ import zstandard
 
 import counted
 import looked
-from program import BIN, ROOT
+from looked import BIN
 
-__all__ = ["BIN", "ROOT", "Case", "Mesh", "Refused", "Volume", "info", "make", "mesh", "needs_program", "run", "volume", "volumes"]
+__all__ = ["BIN", "Case", "Mesh", "Refused", "Volume", "info", "make", "mesh", "needs_program", "run", "volume", "volumes"]
 needs_program = unittest.skipUnless((BIN / "mote-prep").exists(), f"mote-prep is not in {BIN}")
 
 
