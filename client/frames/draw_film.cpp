@@ -32,7 +32,7 @@ constexpr unsigned mostAttempts = 2;
 /// After so many that failed one after the other, the rest is not tried.
 constexpr unsigned mostFailuresInRow = 3;
 
-/// Whether a picture keeps strokes of the one before it.
+/// Tells whether a picture keeps strokes of the one before it.
 bool remembersStrokes(const Film& film) {
     const auto keeps = [](const proto::View& view) {
         return std::any_of(view.layers().begin(), view.layers().end(),
@@ -101,7 +101,7 @@ Status FilmRun::run(ProgressBar& bar) {
     });
 }
 
-/// Whether anything is still to come.
+/// Tells whether anything is still to come.
 bool FilmRun::drawing() const {
     const bool asked =
         std::any_of(places_.begin(), places_.end(), [](const Place& place) { return !place.views.empty(); });
@@ -141,7 +141,7 @@ Status FilmRun::askMore() {
     return success();
 }
 
-/// Nothing is asked for where the frame stands already.
+/// Asks for the frame unless it stands already.
 Status FilmRun::ask(Place& place, std::size_t index) {
     const auto views = viewsOf(order_.film, index, order_.exposure);
     if (!views.ok()) return inFrame(views.error(), order_.film, index);
@@ -209,7 +209,7 @@ Status FilmRun::received(Open& open, ReceivedFrame frame) {
     return success();
 }
 
-/// Whether a frame shows what the one before it shows, which is not there yet.
+/// Tells whether a frame shows what the one before it shows, which is not there yet.
 bool FilmRun::isLikeLast(const std::string& key) const {
     const auto last = last_.lock();
     return last && !remembers_ && last->key == key && last->alike.size() < mostAlike;
@@ -330,7 +330,7 @@ Result<KnownData> askServer(PictureServer& server, const proto::Script& script) 
     return known;
 }
 
-/// All servers must have the same to draw, and draw it alike.
+/// Checks that all servers have the same to draw, and draw it alike.
 Result<KnownData> askAll(const Servers& servers, const proto::Script& script) {
     std::optional<KnownData> first;
     for (std::size_t i = 0; i < servers.size(); ++i) {

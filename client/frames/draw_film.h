@@ -106,7 +106,7 @@ class FilmRun {
 Status drawFilm(const FramesOptions& options, const proto::Script& script, const std::string& name,
                 const Interrupt& interrupt);
 
-/// As a job: what its request asks for, into the folder `film` beside the request's file; what is there
+/// Draws as a job what its request asks for, into the folder `film` beside the request's file; what is there
 /// already stays, and a server that ends is waited for.
 Status drawFilmJob(const FramesOptions& options, const Interrupt& interrupt);
 

@@ -47,7 +47,7 @@ class Exposure {
     /// `side`: pixels of a picture that become one, along each axis.
     explicit Exposure(unsigned side) : side_(side) {}
 
-    /// All of one size, that is a multiple of `side`, and of one format (our own invariants).
+    /// Takes pictures of one size, that is a multiple of `side`, and of one format (our own invariants).
     void add(FramePixels pixels);
     /// The mean, in the format of what was added; a single picture of one sample as it came. Once, after
     /// add().

@@ -52,7 +52,7 @@ class ReportLines {
     std::map<std::size_t, std::optional<std::string>> lines_;  // expected ones; "" is passed over
 };
 
-/// How far a run is: on stderr where that is a terminal, and as lines of JobProgress on a
+/// How far a run is: on stderr if that is a terminal, and as lines of JobProgress on a
 /// descriptor for whoever runs it as a job. One thread.
 class ProgressBar {
   public:

@@ -19,7 +19,7 @@ namespace mote::client {
 
 class FrameStore {
   public:
-    /// Of the video at that path.
+    /// The store of the video at that path.
     explicit FrameStore(const std::filesystem::path& video);
 
     ~FrameStore();
@@ -31,9 +31,9 @@ class FrameStore {
     /// while the object lives. Errors: permissionDenied, alreadyExists (a file of its name, or another
     /// process has it), internal.
     Status open(bool keep);
-    /// Whether a frame stands, made of what `key` says, and no shorter than it was written.
+    /// Tells whether a frame stands, made of what `key` says, and no shorter than it was written.
     bool has(std::size_t index, std::string_view key) const;
-    /// `payload`: the lossless frame as it travelled; where it is empty the pixels are packed. SRGB8 only
+    /// `payload`: the lossless frame as it travelled; if it is empty the pixels are packed. SRGB8 only
     /// (our own invariant). Errors: as writeFile().
     Status put(std::size_t index, std::string_view key, const FramePixels& pixels,
                std::vector<std::uint8_t> payload) const;

@@ -70,7 +70,7 @@ Result<std::uint64_t> fetchPictures(Fetching& fetching, const proto::JobStatus& 
     return fetching.save(job, folder, bar);
 }
 
-/// Of pictures that were fetched.
+/// Makes the video of pictures that were fetched.
 Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, const fs::path& folder,
                      std::uint64_t count, const Interrupt& interrupt) {
     const auto read = [&](std::size_t index) -> Result<FramePixels> {
@@ -117,7 +117,7 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
     return made;
 }
 
-/// Of a detached film: "mp4", or a file's name that ends so; empty: it has none.
+/// The container of a detached film: "mp4", or a file's name that ends so; empty: it has none.
 Result<std::string> videoKind(const fs::path& video) {
     if (video.empty()) return std::string();
     const auto extension = video.extension().string();

@@ -56,7 +56,7 @@ OIIO::ImageSpec describe(const FramePixels& pixels, PictureFormat format, std::s
             break;
         case PictureFormat::exr:
             spec.attribute("compression", "zip");
-            // The writer puts in the present time where there is none, and bytes would differ.
+            // The writer puts in the present time if there is none, and bytes would differ.
             spec.attribute("DateTime", "");
             break;
         case PictureFormat::jpg:

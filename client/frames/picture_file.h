@@ -29,7 +29,7 @@ enum class PictureFormat {
 /// "png", "png16", "exr", "jpg", "svg", "eps", "pdf"; empty for other names.
 std::optional<PictureFormat> pictureFormat(std::string_view name);
 std::string_view name(PictureFormat format);
-/// Of its files.
+/// The extension of its files.
 std::string_view extension(PictureFormat format);
 /// What a server must be asked for; of a document nothing, but a page.
 proto::PixelFormat pixelFormat(PictureFormat format);
@@ -44,7 +44,7 @@ Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, Pictu
 /// A whole file, or none: nothing is left after a failure. Errors: as PartFile's, with the file's name.
 Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes);
 
-/// The key of a picture that mote-frames wrote; empty where there is none, or where the file is not whole:
+/// The key of a picture that mote-frames wrote; empty if there is none, or where the file is not whole:
 /// all its pixels are read and its size is `width` x `height`. Of a document only the end is looked at.
 std::optional<std::string> readPictureKey(const std::filesystem::path& path, PictureFormat format,
                                           std::uint32_t width, std::uint32_t height);

@@ -25,7 +25,7 @@ auto typed(Connection::Reply<T> reply, Field field) {
 /// More unanswered questions than this are an owner's mistake, or a server that answers nothing.
 constexpr std::size_t maxQuestions = 1024;
 
-/// Whether a server takes it, with the few bytes around it.
+/// Tells whether a server takes it, with the few bytes around it.
 bool fits(const google::protobuf::MessageLite& message) {
     return message.ByteSizeLong() <= wire::clientLimits.message - 64;
 }

@@ -79,7 +79,7 @@ struct FilmBytes {
     std::vector<std::uint8_t> bytes;
 };
 
-/// Of a query, for one step.
+/// The answer to a query, for one step.
 struct QueryAnswer {
     proto::Answer message;
     std::vector<std::uint8_t> payload;
@@ -122,7 +122,7 @@ class Connection {
     bool wait(std::chrono::milliseconds timeout);
 
     /// Wants this view from now on. Returns its id, which frames of it carry; ids ascend. Kept and sent once
-    /// connected where it is not yet. A view that is not queued takes the place of all before it. Of queued
+    /// connected if it is not yet. A view that is not queued takes the place of all before it. Of queued
     /// ones at most wire::maxQueuedViews are sent at a time; the others wait here.
     std::uint64_t setView(proto::View view, const ViewRequest& request);
     /// The oldest decoded frame of a queued view, or else the newest of the present one, that was not taken
@@ -140,7 +140,7 @@ class Connection {
     void retryJob(const std::string& id, Reply<proto::JobStatus> reply);
     /// A page of all jobs, the latest first.
     void listJobs(std::uint64_t first, Reply<proto::Jobs> reply);
-    /// All jobs; from then on onJob hears of every change.
+    /// Asks for all jobs; from then on onJob hears of every change.
     void watchJobs(Reply<proto::Jobs> reply);
     /// A piece of what a film job has made, from a place in the file on.
     void fetchFilm(const proto::FetchFilm& piece, Reply<FilmBytes> reply);
@@ -149,8 +149,8 @@ class Connection {
     /// Asks for numbers. `reply` is called with each answer, until one of them is the last, or once with an
     /// error; protocol's numbers are checked in numbers.h. Returns what cancelQuery takes.
     std::uint64_t query(const proto::Query& query, Reply<QueryAnswer> reply);
-    /// Its answers are not wanted any more: the server hears of it, its reply is not called again. Nothing
-    /// where it has ended.
+    /// Ends a query whose answers are not wanted: the server hears of it, its reply is not called again.
+    /// Does nothing if it has ended.
     void cancelQuery(std::uint64_t query);
 
     // Listeners, one each; set them before the first poll().

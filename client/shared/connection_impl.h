@@ -101,7 +101,7 @@ struct Connection::Impl {
     ~Impl();
 
     // Any thread.
-    /// `answer` runs inside poll(). Returns the request; 0 where it was refused at once.
+    /// `answer` runs inside poll(). Returns the request; 0 if it was refused at once.
     std::uint64_t ask(proto::ClientMessage question, Body expected, Answer answer);
     void wakeWriter();
     void notify();
@@ -172,7 +172,7 @@ struct Connection::Impl {
     std::uint64_t lastViewId_ = 0;
     std::uint64_t lastRequest_ = 0;
     std::set<std::uint64_t> cancelledQueries_;  // whose end was not heard
-    /// By request: whether answers that wait for poll() are still wanted; gone with the last of them.
+    /// Says by request whether answers that wait for poll() are still wanted; gone with the last of them.
     std::map<std::uint64_t, std::weak_ptr<std::atomic<bool>>> queriesWanted_;
     proto::Credit credit_;  // to give back, and to say
     bool creditDue_ = false;

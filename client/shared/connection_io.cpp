@@ -58,7 +58,7 @@ proto::ClientMessage Connection::Impl::nextQuestion() {
     return message;
 }
 
-/// The first one that may be sent now; null where there is none.
+/// The first one that may be sent now; null if there is none.
 Connection::Impl::WantedView* Connection::Impl::unsentView() {
     if (view_ && !view_->sent) return &*view_;
     // An older server knows no queue: it gets one at a time.

@@ -87,7 +87,7 @@ struct WholeFrame {
 /// another.
 class FrameAssembly {
   public:
-    /// Nothing where more pieces are to come. Errors: corrupt (a piece of no frame, or of another place in
+    /// Returns nothing while pieces are missing. Errors: corrupt (a piece of no frame, or of another place in
     /// it).
     Result<std::optional<WholeFrame>> add(proto::Frame message, std::vector<std::uint8_t> payload);
 

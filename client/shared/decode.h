@@ -35,7 +35,7 @@ class H264Decoder {
     H264Decoder(const H264Decoder&) = delete;
     H264Decoder& operator=(const H264Decoder&) = delete;
 
-    /// Whether libavcodec has a decoder on this machine.
+    /// Tells whether libavcodec has a decoder on this machine.
     static bool available();
 
     /// Decodes a picture of a size that has been checked. After an error nothing is decoded up to the next

@@ -20,8 +20,8 @@ namespace mote::client {
 
 class FilmDownload {
   public:
-    /// The video or export of a job to a file, or, where it made none, its pictures into a folder, which is
-    /// made where it is not there. Files of the same names are replaced. Errors: invalidArgument: the job
+    /// The video or export of a job to a file, or, if it made none, its pictures into a folder, which is
+    /// made if it is not there. Files of the same names are replaced. Errors: invalidArgument: the job
     /// makes neither; permissionDenied and others of the system.
     static Result<std::unique_ptr<FilmDownload>> begin(const proto::JobStatus& job,
                                                        const std::filesystem::path& target);
@@ -34,10 +34,11 @@ class FilmDownload {
     /// after which it is of no use: that one; corrupt: it is another piece; those of the system for a file.
     Status take(const Result<FilmBytes>& answer);
 
-    /// All files are there.
+    /// Tells whether all files are there.
     bool done() const { return done_; }
     std::uint64_t filesDone() const { return filesDone_; }
-    /// Of a video or an export, 0 to 1; of pictures nothing: how many they are is told by the last one.
+    /// The share that is there of a video or an export, 0 to 1; nothing of pictures: how many they are is
+    /// told by the last one.
     std::optional<double> progress() const;
 
   private:

@@ -25,7 +25,7 @@ class Interrupt {
     Interrupt(const Interrupt&) = delete;
     Interrupt& operator=(const Interrupt&) = delete;
 
-    /// Whether a signal has arrived by now.
+    /// Tells whether a signal has arrived by now.
     bool requested() const;
     /// Its number; 0 before.
     int signal() const { return signal_; }
@@ -53,7 +53,7 @@ class Wakeup {
         changed_.notify_one();
     }
 
-    /// Until it was called since the last wait, at most so long.
+    /// Waits until it was called since the last wait, at most so long.
     void wait(std::chrono::milliseconds most) {
         std::unique_lock lock(mutex_);
         changed_.wait_for(lock, most, [&] { return due_; });

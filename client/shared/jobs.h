@@ -44,11 +44,11 @@ Result<proto::JobStatus> findJob(ServerLine& server, const std::string& id);
 Result<proto::JobStatus> awaitJob(ServerLine& server, const std::string& id,
                                   const std::function<Status(const proto::JobStatus&)>& show);
 
-/// How far a job is, as one line of stderr that is written over, where that is a terminal; it
+/// How far a job is, as one line of stderr that is written over, if that is a terminal; it
 /// goes with its object. One thread.
 class JobPercentage {
   public:
-    /// `what` stands before the number. Shows nothing where it is not wanted.
+    /// `what` stands before the number. Shows nothing if it is not wanted.
     JobPercentage(std::string what, bool wanted);
     ~JobPercentage();
     JobPercentage(const JobPercentage&) = delete;

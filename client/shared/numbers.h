@@ -47,7 +47,7 @@ Result<StepHistogram> histogramOf(const QueryAnswer& answer, const proto::Histog
 struct StepColumns {
     std::uint32_t step = 0;
     std::uint64_t count = 0;  ///< rows
-    /// By name that was asked for: `count` words each, f64, of "id" u64.
+    /// The columns by the names that were asked for: `count` words each, f64, of "id" u64.
     std::vector<std::vector<std::uint64_t>> words;
     std::vector<std::string> units;       ///< by name, or none
     std::uint64_t next = 0;               ///< where the next piece begins; over the one that was asked for
@@ -69,22 +69,22 @@ Result<std::vector<StepStatistics>> statisticsOf(const proto::ParticlesManifest&
 using ColumnUnits = std::map<std::string, std::string, std::less<>>;
 ColumnUnits columnUnits(const proto::ParticlesManifest& manifest);
 
-/// Of a column, a known quantity or an expression over such; "" where it is not known.
+/// The unit of a column, a known quantity or an expression over such; "" if it is not known.
 std::string unitOfColumn(std::string_view column, const ColumnUnits& units);
 
 /// "x" and "px" of "cov_x__px", "x" of "norm_emit_x"; none of "n_particle".
 std::vector<std::string> columnsOf(std::string_view statistic);
 
-/// "m", "eV/c", "m eV/c", "1"; "" where it is not known.
+/// "m", "eV/c", "m eV/c", "1"; "" if it is not known.
 std::string unitOf(std::string_view statistic, const ColumnUnits& units);
 
-/// "x [m]", as heads of tables have it; the name alone where the unit is not known, or 1 unless that is
+/// "x [m]", as heads of tables have it; the name alone if the unit is not known, or 1 unless that is
 /// `told` too.
 std::string withUnit(std::string_view name, std::string_view unit, bool told = false);
 
 // Numbers and names as files and terminals have them. Pure functions.
 
-/// As few digits as give the same double again; `undefined` where it is not finite.
+/// Writes as few digits as give the same double again; `undefined` where it is not finite.
 std::string exactNumber(double value, std::string_view undefined);
 
 /// A field of a line of comma-separated values (RFC 4180).
@@ -100,7 +100,7 @@ struct ScaledUnit {
 /// have no prefix, and neither has what is zero or not finite.
 ScaledUnit scaledUnit(double magnitude, std::string_view unit);
 
-/// Of a value in that unit, five digits; "-" where it is not finite.
+/// Writes a value in that unit, five digits; "-" where it is not finite.
 std::string shortNumber(double value, const ScaledUnit& unit);
 
 /// How many columns of a terminal a text takes that is of letters alone.

@@ -32,7 +32,7 @@ class PartFile {
     Status overwrite(std::uint64_t begin, std::span<const std::uint8_t> bytes);
     /// What was written is on the disk from then on. Errors: those of the system.
     Status sync();
-    /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
+    /// Gives it its final name; a file that had the name is replaced. Errors: those of the system.
     Status publish();
     /// The same, but whatever has that name stays. Errors: also alreadyExists.
     Status publishNew();
@@ -52,8 +52,8 @@ class PartFile {
 /// What becomes of a file that has the name already.
 enum class SameName { stays, isReplaced };
 
-/// As toJson() has it. What was there stays as it was where anything fails. Errors: PartFile's; alreadyExists
-/// where it stays.
+/// Writes the message as toJson() has it. What was there stays as it was where anything fails. Errors:
+/// PartFile's; alreadyExists where it stays.
 Status saveJson(const std::filesystem::path& path, const google::protobuf::Message& message,
                 SameName sameName);
 

@@ -37,7 +37,7 @@ Error onOneLine(Error error) {
     return error;
 }
 
-/// The name that comes before a colon at `place`, a quotation mark; empty where none does. `place` moves to
+/// The name that comes before a colon at `place`, a quotation mark; empty if none does. `place` moves to
 /// the mark that ends it.
 std::string_view keyAt(std::string_view text, std::size_t& place) {
     const std::size_t begin = place + 1;

@@ -22,7 +22,7 @@ Result<proto::Script> readScript(const std::filesystem::path& path, std::uint32_
 
 struct SavedView {
     proto::View view;
-    std::string note;  ///< what of the file it is not, one sentence; empty where it is all of it
+    std::string note;  ///< what of the file it is not, one sentence; empty if it is all of it
 };
 
 /// A saved view, which may leave its size to the window, or the first view of a script. Errors as
@@ -31,10 +31,11 @@ Result<SavedView> readSavedView(const std::filesystem::path& path);
 
 // What a server says of its datasets, as films need to know it. Pure functions.
 
-/// Of all that a server has: their steps are known, where they lie is not before they are described.
+/// Returns what a server says of all its datasets: their steps are known, where they lie is not before they
+/// are described.
 FilmDatasets knownDatasets(const proto::Catalogue& catalogue);
 
-/// A described one.
+/// Returns what its manifest says of a dataset.
 FilmDataset knownDataset(const proto::Manifest& manifest);
 
 }  // namespace mote::client

@@ -58,7 +58,7 @@ class PrivateServer {
     PrivateServer& operator=(const PrivateServer&) = delete;
 
     std::filesystem::path connectionFile() const { return folder_.path() / "connection.json"; }
-    /// The end of what it said on stderr, one line; empty where it said nothing.
+    /// The end of what it said on stderr, one line; empty if it said nothing.
     std::string lastWords() const;
 
   private:
@@ -97,9 +97,9 @@ class ServerLine {
 
     Connection& line() { return *line_; }
 
-    /// Until it holds. Errors: cancelled (interrupted), why the line was lost.
+    /// Waits until it holds. Errors: cancelled (interrupted), why the line was lost.
     Status waitUntil(const std::function<bool()>& done);
-    /// Until the server has welcomed us. Errors: as waitUntil.
+    /// Waits until the server has welcomed us. Errors: as waitUntil.
     Status waitUntilConnected();
     /// Asks a question, and waits for its answer.
     template <class T>

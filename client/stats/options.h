@@ -29,7 +29,7 @@ struct StatsOptions {
     std::filesystem::path select;                  ///< a file with a Selection; empty: all particles
     std::vector<std::string> columns;              ///< none: all
     std::optional<proto::HistogramQuery> histogram;
-    /// Over what a histogram's bins reach where nothing is said.
+    /// Over what a histogram's bins reach if nothing is said.
     enum class BoundsOf { run, step, selection } boundsOf = BoundsOf::run;
     std::optional<NumbersForm> form;  ///< nothing: a table, or where there is an export no numbers
     std::filesystem::path file;       ///< of CSV and NPY

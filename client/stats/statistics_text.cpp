@@ -19,7 +19,7 @@ namespace mote::client {
 namespace {
 
 /// What limits numbers, as a member of a line of JSON: ', "notes": ["..."]', to be put behind a line's other
-/// members; "" where there are none.
+/// members; "" if there are none.
 std::string jsonNotes(const std::vector<std::string>& notes) {
     std::string list;
     for (const auto& note : notes) list += (list.empty() ? "" : ", ") + jsonString(note);
@@ -249,7 +249,7 @@ Coarse coarse(const StepHistogram& histogram, std::size_t mostWide, std::size_t 
     return field;
 }
 
-/// From 0 to `steps`: nothing only where there is nothing.
+/// From 0 to `steps`: nothing only if there is nothing.
 std::size_t shareOf(double count, double greatest, std::size_t steps) {
     if (!(count > 0.0) || !(greatest > 0.0)) return 0;
     return std::max<std::size_t>(

@@ -17,23 +17,23 @@ namespace mote::client {
 
 using StatisticsOfSteps = std::vector<StepStatistics>;
 
-/// Those of `names` that are of these columns alone, and those that are of none, by their place.
+/// Returns those of `names` that are of these columns alone, and those that are of none, by their place.
 std::vector<std::size_t> namesOfColumns(const std::vector<std::string>& names,
                                         const std::vector<std::string>& columns);
 /// "mean_Q", "sigma_Q", "min_Q" and "max_Q" of those columns of which none of `names` is.
 std::vector<std::string> furtherNames(const std::vector<std::string>& names,
                                       const std::vector<std::string>& columns);
-/// These alone, without slices.
+/// Returns these alone, without slices.
 StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>& places);
 
 /// One line, with its end.
 std::string jsonLine(const StepStatistics& statistics);
 /// All lines, the first with the names and their units: "sigma_x [m]".
 std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units);
-/// As a structured array, whose fields have titles with units. Errors: those of the system.
+/// Writes a structured array, whose fields have titles with units. Errors: those of the system.
 Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units);
 
-/// Of one step all, a line each; of several steps a line each of the usual ones. For a terminal.
+/// Writes for a terminal all of one step, a line each; of several steps a line each of the usual ones.
 std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units);
 
 // How the histogram of a step is told: a line of JSON, comma-separated values, or a picture of letters for
@@ -45,10 +45,10 @@ std::string jsonLine(const StepHistogram& histogram);
 std::string csvHead(const std::vector<std::string>& columns, const ColumnUnits& units);
 /// A line for each bin: the step, where it begins and ends, its count.
 std::string csvText(const StepHistogram& histogram);
-/// As many bins as a picture has room for, of each column.
+/// Returns as many bins of each column as a picture has room for.
 std::array<std::uint32_t, 2> shownBins(std::size_t columns);
-/// Of one column a line for each bin, of two a shaded field: where there are more than can be shown, some are
-/// put together. For a terminal.
+/// Writes a line for each bin of one column, of two a shaded field: where there are more than can be shown,
+/// some are put together. For a terminal.
 std::string pictureText(const StepHistogram& histogram, const ColumnUnits& units);
 
 }  // namespace mote::client

@@ -57,13 +57,13 @@ class FilmEditor {
 
     void setCatalogue(const proto::Catalogue& catalogue);
     void setDescription(const proto::Description& description);
-    /// Of a dataset; null, and it is asked for, where it is not known.
+    /// What is known of a dataset; null, and it is asked for, if it is not known.
     const proto::Description* description(const std::string& dataset);
     /// Asks for the thumbnails that are missing; to be called while nothing else is to be drawn.
     void askThumbnails();
     /// The viewer asked for a view, or the line is another one: thumbnails that were asked for do not come.
     void forgetAsked() { asked_.clear(); }
-    /// Whether it was a thumbnail's.
+    /// Tells whether it was a thumbnail's.
     bool takeFrame(const ReceivedFrame& frame);
     bool takeFailure(std::uint64_t view);
     /// A thumbnail is still to come.
@@ -98,7 +98,7 @@ class FilmEditor {
     bool known_ = false;  // there is a catalogue
     std::map<std::string, proto::Description> described_;
     std::set<std::string> describing_;           // asked for
-    std::optional<Film> film_;                   // of the model, where it is one
+    std::optional<Film> film_;                   // of the model, if it is one
     std::string failure_;                        // or why it is none
     std::optional<std::uint64_t> filmRevision_;  // of the model that it was made from
 

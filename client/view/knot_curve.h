@@ -45,7 +45,7 @@ class KnotCurve final : public EditedCurve {
     static constexpr std::size_t mostKnots = 64;
 
     const std::vector<Curve::Knot>& knots() const override { return knots_; }
-    /// One a knot; none where a colour map has them.
+    /// The colours, one a knot; none if a colour map has them.
     const std::vector<Color>& colors() const { return colors_; }
     /// The range of the values, and what knots there are beyond it.
     Interval axis() const;
@@ -55,17 +55,17 @@ class KnotCurve final : public EditedCurve {
     void setValues(const Interval& values) { values_ = values; }
 
     void move(std::size_t knot, Curve::Knot to) override;
-    /// Its colour is that of the curve at its place. Where there are the most already, none is added.
+    /// Adds a knot, in the colour of the curve at its place. If there are the most already, none is added.
     std::size_t insert(Curve::Knot at) override;
     void remove(std::size_t knot) override;
     void choose(std::size_t knot) override { chosen_ = knot; }
 
-    /// Takes knots in ascending order; where there is none, one that leaves nothing to be drawn.
+    /// Takes knots in ascending order; if there is none, one that leaves nothing to be drawn.
     void take(std::vector<Curve::Knot> knots, std::vector<Color> colors = {});
-    /// The colour of the knot that was last taken hold of; null where a colour map has the colours.
+    /// The colour of the knot that was last taken hold of; null if a colour map has the colours.
     Color* chosenColor();
     void dropColors() { colors_.clear(); }
-    /// Linear RGB; black where a colour map has the colours.
+    /// Linear RGB; black if a colour map has the colours.
     glm::dvec3 color(double value) const;
 
     bool operator==(const KnotCurve& other) const {

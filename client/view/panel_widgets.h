@@ -37,7 +37,7 @@ struct PanelActions {
 void text(const std::string& line);
 /// A line in faint letters, wrapped.
 void dim(const std::string& line);
-/// A part that can be folded, at first open; true where it is.
+/// A part that can be folded, at first open; true if it is.
 bool section(const char* title);
 
 /// A number of things with a metric prefix and three digits: "1.23 M points", "512 B/s".
@@ -62,7 +62,7 @@ void rangeBox(PanelActions& actions, const char* label, double& low, double& hig
               double parts);
 /// A slider of a double, with digits enough to tell its ends apart.
 void wideSlider(PanelActions& actions, const char* label, double& value, const Interval& ends);
-/// As printf has it: digits enough to tell a thousandth of `span` at `place`.
+/// Returns a format of printf's with digits enough to tell a thousandth of `span` at `place`.
 std::string formatFor(double span, double place);
 /// Two sliders, "NAME across" and "NAME above".
 void angleSliders(PanelActions& actions, const char* name, LightAngles& angles);
@@ -70,7 +70,7 @@ void angleSliders(PanelActions& actions, const char* name, LightAngles& angles);
 void nameList(PanelActions& actions, const char* label, std::string& chosen,
               std::span<const std::string_view> names);
 
-/// The list alone; true where another one was chosen.
+/// The list alone; true if another one was chosen.
 bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names);
 
 struct CurveEditorLook {
@@ -85,7 +85,7 @@ struct CurveEditorLook {
 };
 
 /// Draws a transfer function as a widget, with a histogram behind it, over the width that is left: a knot is
-/// dragged, a click on the curve adds one, a right click on a knot removes it; true where the curve was
+/// dragged, a click on the curve adds one, a right click on a knot removes it; true if the curve was
 /// changed.
 bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look);
 

@@ -18,7 +18,7 @@ using AxisNames = std::array<std::string, 3>;
 /// The names of the axes that a particle job knows, in the order in which a list shows them.
 std::span<const std::string_view> plotAxes();
 
-/// The axes of a described plot; nothing where it is no particle plot.
+/// The axes of a described plot; nothing if it is no particle plot.
 std::optional<AxisNames> axesOf(const proto::Description& description);
 
 /// The request for these axes of the shown plot's run: inputs and options as the first time, bounds by the

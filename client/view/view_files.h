@@ -31,7 +31,7 @@ class PathPrompt {
     void fail(std::string sentence);
     void close() { closing_ = true; }
 
-    /// Whether the user has said that what has this path may be replaced.
+    /// Tells whether the user has said that what has this path may be replaced.
     bool agreed(const std::filesystem::path& path) const { return agreed_ == path; }
 
     /// Draws it while it is open; the path, in the frame in which the user wants it.

@@ -76,7 +76,7 @@ class ViewModel {
     NumbersModel numbers;               ///< selections, colours by a column, annotations
 
   private:
-    /// True where the layer was of another kind.
+    /// True if the layer was of another kind.
     bool setKind(proto::Layer::KindCase kind);
     /// Makes the edits so far part of the message.
     void settle();

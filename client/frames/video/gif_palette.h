@@ -33,7 +33,7 @@ class GifDither {
   public:
     explicit GifDither(const GifPalette& palette);
 
-    /// One row, `y` from the top: RGBA to an index a pixel.
+    /// Dithers one row, `y` from the top: RGBA to an index a pixel.
     void row(std::uint32_t y, std::span<const std::uint8_t> rgba, std::uint8_t* indices);
 
   private:
@@ -53,7 +53,7 @@ class PaletteMaker {
 
     /// RGBA pixels of a frame, sRGB-encoded; alpha is ignored.
     void add(std::span<const std::uint8_t> rgba);
-    /// The same frames give the same palette. Black alone where nothing was added.
+    /// The same frames give the same palette. Black alone if nothing was added.
     GifPalette make() const;
 
   private:

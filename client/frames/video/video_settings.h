@@ -38,11 +38,11 @@ std::optional<VideoFormat> videoFormat(std::string_view extension);
 /// "MP4", "WebM", "GIF": for sentences.
 std::string_view name(VideoFormat format);
 
-/// The constant rate factor that is used where none is given; 0 for GIF, which has none.
+/// The constant rate factor that is used if none is given; 0 for GIF, which has none.
 unsigned defaultQuality(VideoFormat format);
 
-/// Whether such a film can be made here, before anything is drawn. Errors: invalidArgument (a size, rate or
-/// quality that the format cannot hold), unsupported (libavcodec has no such encoder).
+/// Checks that such a film can be made here, before anything is drawn. Errors: invalidArgument (a size, rate
+/// or quality that the format cannot hold), unsupported (libavcodec has no such encoder).
 Status checkVideo(const VideoSettings& settings);
 
 /// What a format of films is made by, and what it can hold: for the check before a film and for its making.
@@ -66,7 +66,7 @@ const VideoCodec& videoCodec(VideoFormat format);
 /// The bytes to be appended.
 std::string videoTail(VideoFormat format, std::string_view key);
 
-/// The key of a video that mote-frames made; empty where there is none.
+/// The key of a video that mote-frames made; empty if there is none.
 std::optional<std::string> readVideoKey(const std::filesystem::path& path, VideoFormat format);
 
 }  // namespace mote::client

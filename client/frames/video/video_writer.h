@@ -35,7 +35,7 @@ class VideoWriter {
     /// the system, internal.
     Status add(std::span<const std::uint8_t> rgba);
     /// The film is there. Once, after the last frame. `key`: what it shows, for readVideoKey(); "": nobody
-    /// asks. Errors: as of add; invalidArgument where there was no frame.
+    /// asks. Errors: as of add; invalidArgument if there was no frame.
     Status finish(std::string_view key = {});
 
   private:

@@ -42,8 +42,8 @@ class FilmModel {
     /// The film of a script of keyframes. Keyframes nearer to each other than a frame are moved apart.
     /// Errors: of checkScript(); unsupported: a script of views or moves.
     static Result<FilmModel> fromScript(const proto::Script& script);
-    /// With two keyframes a script that checkScript() finds nothing wrong with. Without easings where the
-    /// speed is constant.
+    /// Returns, with two keyframes, a script that checkScript() finds nothing wrong with. Without easings
+    /// where the speed is constant.
     proto::Script toScript() const;
     /// What "save" writes: a script that was read as it was, but for what the user has changed; else
     /// toScript().
@@ -68,8 +68,8 @@ class FilmModel {
     /// The selected one shows another view from now on. Errors: as parseView(); nothing is selected.
     Status replace(const proto::View& view);
     void removeSelected();
-    /// To a time of a whole frame, but never past a neighbour, and no film longer than it may be. `keyframe`
-    /// is one of keyframes().
+    /// Moves it to a time of a whole frame, but never past a neighbour, and no film longer than it may be.
+    /// `keyframe` is one of keyframes().
     void move(std::size_t keyframe, double seconds);
     /// Of the selected one.
     void setEasing(Easing easing);
@@ -81,10 +81,10 @@ class FilmModel {
     void setPlayhead(double seconds);
 
     double fps() const { return fps_; }  ///< frames a second
-    /// As near to it as the film allows; keyframes that come too near move apart.
+    /// Sets it as near as the film allows; keyframes that come too near move apart.
     void setFps(double fps);
     FilmSize size() const { return size_; }
-    /// Of all frames. Ignored where a view cannot have it.
+    /// Sets the size of all frames. Ignored if a view cannot have it.
     void setSize(FilmSize size);
     bool constantSpeed() const { return constantSpeed_; }
     void setConstantSpeed(bool constant);
@@ -103,7 +103,7 @@ class FilmModel {
     void spread();
     void changed();
 
-    proto::Script read_;    // as it was; empty where none was
+    proto::Script read_;    // as it was; empty if none was
     proto::Script before_;  // what toScript() made of it then
     std::vector<FilmKeyframe> keyframes_;
     std::optional<std::size_t> selected_;
@@ -123,7 +123,7 @@ class FilmPreview {
     bool loop = true;
 
     bool playing() const { return playing_; }
-    /// At `now` seconds shows the film from `seconds` on; from its begin where that is its end.
+    /// Shows, at `now` seconds, the film from `seconds` on; from its begin where that is its end.
     void start(double now, double seconds, double begin, double end) {
         const double from = seconds < end ? std::max(seconds, begin) : begin;
         playing_ = end > begin;

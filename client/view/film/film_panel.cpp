@@ -33,7 +33,7 @@ bool button(const char* label, bool enabled) {
     return pressed;
 }
 
-/// An enumeration that counts as its names; true where another one was chosen.
+/// An enumeration that counts as its names; true if another one was chosen.
 template <class Enumeration, std::size_t count>
 bool choose(const char* label, Enumeration& value, const std::array<std::string_view, count>& names) {
     std::string chosen(names[static_cast<std::size_t>(value)]);

@@ -24,8 +24,8 @@ struct Thumbnail {
     std::vector<std::uint8_t> pixels;  ///< RGBA, sRGB-encoded, row 0 on top
 };
 
-/// Of a picture of 4 * width * height bytes, RGBA, row 0 on top. Nothing of it is empty; one that is smaller
-/// is made larger.
+/// Makes a thumbnail of a picture of 4 * width * height bytes, RGBA, row 0 on top. Nothing of it is empty;
+/// one that is smaller is made larger.
 Thumbnail makeThumbnail(std::span<const std::uint8_t> picture, std::uint32_t width, std::uint32_t height,
                         std::uint32_t smallWidth, std::uint32_t smallHeight);
 
@@ -36,10 +36,10 @@ class FilmThumbnails {
 
     bool has(std::uint64_t picture) const { return textures_.count(picture) != 0; }
     bool full() const { return textures_.size() >= most; }
-    /// Made from a picture of SRGB8, cut to the film's proportions. Ignored where it has none, or there are
+    /// Made from a picture of SRGB8, cut to the film's proportions. Ignored if it has none, or there are
     /// enough.
     void put(std::uint64_t picture, const FramePixels& pixels, FilmSize film);
-    /// What Dear ImGui calls it; null where there is none.
+    /// What Dear ImGui calls it; null if there is none.
     void* handle(std::uint64_t picture) const;
     /// Drops those of keyframes that are gone.
     void keepOnly(const FilmModel& film);

@@ -62,7 +62,7 @@ struct HistogramView {
     }
 
   private:
-    /// x and px where there are such.
+    /// x and px if there are such.
     static std::string usual(const std::vector<Quantity>& quantities, std::size_t axis) {
         const auto* wanted = findQuantity(quantities, axis == 0 ? "x" : "px");
         return wanted != nullptr ? wanted->name : quantities[axis].name;

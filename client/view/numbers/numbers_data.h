@@ -38,7 +38,7 @@ struct PickedPoint {
     std::optional<std::uint64_t> id;
 };
 
-/// Nothing where there is no point. Errors: corrupt.
+/// Returns nothing if there is no point. Errors: corrupt.
 Result<std::optional<PickedPoint>> pickedOf(const QueryAnswer& answer, const proto::PickQuery& asked);
 
 /// The way to a server: Connection::query and cancelQuery.
@@ -57,10 +57,10 @@ class LatestQuery {
     LatestQuery(const LatestQuery&) = delete;
     LatestQuery& operator=(const LatestQuery&) = delete;
 
-    /// Asks, unless this is what was asked last; true where it asks. `reply` hears each answer until the
+    /// Asks, unless this is what was asked last; true if it asks. `reply` hears each answer until the
     /// last, or an error; it must not outlive what it is given.
     bool want(const proto::Query& query, QueryLine::Reply reply);
-    /// Nothing is wanted; the same question is then a new one.
+    /// Wants nothing any more; the same question is then a new one.
     void drop();
     /// An answer is still to come.
     bool waits() const { return asking_ != 0; }
@@ -109,7 +109,7 @@ class NumbersData {
 
     Known<StepStatistics> whole() const { return known(whole_, wholeQuery_); }
     Known<StepStatistics> selected() const { return known(selected_, selectedQuery_); }
-    /// By step; NaN where it is not known.
+    /// The values by step; NaN if one is not known.
     Known<std::vector<double>> series() const { return known(series_, seriesQuery_); }
     Known<StepHistogram> histogram() const { return known(histogram_, histogramQuery_); }
     /// An answer without a value: there is no point.

@@ -63,7 +63,7 @@ class NumbersEditor {
     /// The windows over the picture and the tools' traces on it, and the questions that are due.
     void drawOver(ViewModel& model, const proto::Manifest* manifest, const NumbersArea& area, float scale,
                   PanelActions& actions, bool moving);
-    /// True where the mouse is a tool's and not the camera's.
+    /// True if the mouse is a tool's and not the camera's.
     bool takeMouse(ViewModel& model, const NumbersArea& area, PanelActions& actions);
 
     void forget() { data_.forget(); }

@@ -6,8 +6,7 @@
 
 #include "client/view/numbers/quantities.h"
 #include "client/view/slider_values.h"
-#include "protocol/scene/color_by.h"
-#include "protocol/scene/highlight.h"
+#include "protocol/scene/layer_parts.h"
 #include "protocol/scene/paths.h"
 
 namespace mote::client {

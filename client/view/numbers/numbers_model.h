@@ -33,32 +33,32 @@ class NumbersModel {
     /// Every default.
     NumbersModel();
 
-    /// Takes a view that has been parsed without error. The chosen selection stays, where there is one of its
+    /// Takes a view that has been parsed without error. The chosen selection stays, if there is one of its
     /// name.
     void read(const proto::View& view);
     /// Selections and annotations of the view; the rest of its first layer, which has it where it is of
     /// particles; and what a user has shown of a selection, in all layers of its dataset.
     void write(proto::View& view) const;
-    /// Another dataset is shown: what it has no columns or ids for is not shown of it.
+    /// Shows another dataset: what it has no columns or ids for is not shown of it.
     void setDataset(const proto::ParticlesManifest& manifest);
 
     const NamedSelectionMessages& selections() const { return selections_; }
-    /// That the panel edits; none where there are none.
+    /// That the panel edits; none if there are none.
     std::optional<std::size_t> chosen() const { return chosen_; }
     const proto::NamedSelection* chosenSelection() const;
     void choose(std::size_t index);
-    /// Without names: what a query can ask. None where none is chosen.
+    /// Without names: what a query can ask. None if none is chosen.
     std::optional<proto::Selection> chosenWhole() const;
 
     // Each edit that would leave no valid list is refused, and nothing changes. Errors as
     // parseNamedSelections().
 
-    /// A gesture's, alone or with the chosen one. Where it is a new one it is highlighted, its name begins as
+    /// A gesture's, alone or with the chosen one. If it is a new one it is highlighted, its name begins as
     /// `wish`.
     Status take(const proto::Selection& gesture, Combine how, const std::string& wish);
     Status replace(std::size_t index, const proto::Selection& selection);
     Status rename(std::size_t index, const std::string& name);
-    /// Errors: also invalidArgument where another selection names it.
+    /// Errors: also invalidArgument if another selection names it.
     Status remove(std::size_t index);
 
     // Which of them is shown, by name; empty: none.
@@ -76,7 +76,7 @@ class NumbersModel {
     proto::Annotations annotations;
 
     const std::vector<std::uint64_t>& pathIds() const { return pathIds_; }
-    /// Errors: invalidArgument where there are as many as a layer may have.
+    /// Errors: invalidArgument if there are as many as a layer may have.
     Status addPath(std::uint64_t id);
     void forgetPaths() { pathIds_.clear(); }
     float pathWidth = 0.0F;  ///< pixels

@@ -25,11 +25,11 @@ struct PlotTicks {
     std::string unit;                 ///< scaled: "mm"; empty: it has none
 };
 
-/// At most `most` of them, 1, 2 or 5 times a power of ten apart; none on an axis that is not finite or has no
-/// extent.
+/// Returns at most `most` marks, 1, 2 or 5 times a power of ten apart; none on an axis that is not finite or
+/// has no extent.
 PlotTicks ticksOf(const Interval& axis, std::string_view unit, int most);
 
-/// "x [mm]"; the name alone where there is no unit.
+/// "x [mm]"; the name alone if there is no unit.
 std::string axisTitle(std::string_view name, std::string_view unit);
 
 struct PlotFrame {
@@ -82,7 +82,7 @@ struct SeriesPlot {
     float height = 0.0F;               ///< pixels
 };
 
-/// What the finite values of both span, with a little room; 0 to 1 where there is none.
+/// What the finite values of both span, with a little room; 0 to 1 if there is none.
 Interval extentOf(std::span<const double> first, std::span<const double> second);
 
 /// Draws it over the width that is left; the step that the user goes to.

@@ -24,7 +24,7 @@ struct Quantity {
 /// Columns in the dataset's order, then what can be derived from them; none of a dataset without columns.
 std::vector<Quantity> quantitiesOf(const proto::ParticlesManifest& manifest);
 
-/// Null where there is none of this name.
+/// Null if there is none of this name.
 const Quantity* findQuantity(const std::vector<Quantity>& quantities, std::string_view name);
 
 /// A statistic of a step and of a selection, as a line of a table.
@@ -41,7 +41,7 @@ std::vector<StatisticRow> statisticRows(const std::optional<StepStatistics>& who
 /// The number for people, with its unit.
 std::string numberText(double value, std::string_view unit);
 
-/// Of the whole steps, by step; empty where the dataset has no such statistic.
+/// Returns the statistic of the whole steps, by step; empty if the dataset has no such statistic.
 std::vector<double> seriesOf(const proto::ParticlesManifest& manifest, const std::string& statistic);
 
 }  // namespace mote::client

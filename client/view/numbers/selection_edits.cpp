@@ -35,7 +35,7 @@ void visit(const proto::Selection& selection, const NamedSelectionMessages& name
     }
 }
 
-/// Whether it is a list of alternatives, or of conditions, and nothing else.
+/// Tells whether it is a list of alternatives, or of conditions, and nothing else.
 bool isOnly(const proto::Selection& selection, bool any) {
     proto::Selection rest = selection;
     any ? rest.clear_any() : rest.clear_all();

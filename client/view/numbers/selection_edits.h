@@ -45,14 +45,14 @@ std::string describe(const proto::Selection& selection);
 /// `wish`, or with the first number behind it that no selection has.
 std::string freshName(const NamedSelectionMessages& named, const std::string& wish);
 
-/// All selections that it names, theirs too.
+/// Returns all selections that it names, and those that they name.
 std::set<std::string> namesIn(const proto::Selection& selection, const NamedSelectionMessages& named);
 /// Puts one name in another's place, in the selection and all that it holds.
 void renameIn(proto::Selection& selection, const std::string& from, const std::string& to);
 
 /// Columns and derived quantities that it asks for, by what it names too.
 std::set<std::string> columnsIn(const proto::Selection& selection, const NamedSelectionMessages& named);
-/// Whether it means something else in another plot of the same run: it has a lasso or a density.
+/// Tells whether it means something else in another plot of the same run: it has a lasso or a density.
 bool dependsOnPlot(const proto::Selection& selection, const NamedSelectionMessages& named);
 
 /// The corners of a polygon or lasso; those that are no two numbers are left out.
