@@ -47,4 +47,8 @@ Result<Camera> parseCamera(const proto::Camera& message);
 
 proto::Camera toProto(const Camera& camera);
 
+/// Nothing nearer to the eye than this share of the distance to the camera's target is seen, in every device,
+/// in the reference and by a lasso.
+inline constexpr double nearShare = 1e-3;
+
 }  // namespace mote

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FieldVisitor: sees the fields of a style beside those of another of its kind (style_kinds.h), so that what
+// FieldVisitor: sees the fields of a style beside those of another of its kind (visitFields), so that what
 // is done with all of them (what lies between two styles, longer pixels) is written once and not once a kind.
 // Who calls owns it; one thread.
 #pragma once
@@ -8,9 +8,10 @@
 #include <functional>
 #include <glm/vec3.hpp>
 
+#include "protocol/mote.pb.h"
 #include "protocol/scene/length_scale.h"
-#include "protocol/scene/light.h"
 #include "protocol/scene/mix.h"
+#include "protocol/scene/particles_style.h"
 
 namespace mote {
 
@@ -37,15 +38,18 @@ class FieldVisitor {
     void vector(glm::dvec3& value, const glm::dvec3& other) {
         between([&, from = value](double share) { value = mix(from, other, share); });
     }
-    void light(Light& value, const Light& other) {
-        between([&, from = value.direction](double share) {
-            value.direction = mixDirections(from, other.direction, share);
-        });
-        number(value.ambient, other.ambient);
-        number(value.diffuse, other.diffuse);
-        number(value.specular, other.specular);
-        word(value.fixed == other.fixed && value.shadow == other.shadow);
-    }
 };
+
+/// Makes a valid style that of a layer's message, complete: parsing gives it again.
+void writeStyle(const ParticlesStyle& style, proto::Layer& layer);
+/// Of a kind whose style is its message, resolved (fields/visit_message.cpp).
+void writeStyle(const google::protobuf::Message& style, proto::Layer& layer);
+
+/// Shows all fields of a style beside those of another. What the visitor sets keeps the style valid.
+void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor);
+void visitFields(proto::HybridStyle& style, const proto::HybridStyle& other, FieldVisitor& visitor);
+void visitFields(proto::InkStyle& style, const proto::InkStyle& other, FieldVisitor& visitor);
+void visitFields(google::protobuf::Message& style, const google::protobuf::Message& other,
+                 FieldVisitor& visitor);
 
 }  // namespace mote

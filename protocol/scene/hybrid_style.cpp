@@ -10,145 +10,139 @@
 #include <utility>
 
 #include "protocol/scene/fields/resolve.h"
-#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/mix.h"
+#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
 
-template <class T, std::size_t count>
-T valueOf(const std::string& name, const std::array<std::pair<std::string_view, T>, count>& known) {
-    return std::ranges::find(known, std::string_view(name), &std::pair<std::string_view, T>::first)->second;
+// In the order of their enumerations.
+constexpr std::array<std::string_view, 4> representations{"", "points", "residual", "volume"};
+constexpr std::array<std::string_view, 3> shapes{"square", "disc", "gaussian"};
+
+using HybridKnots = google::protobuf::RepeatedPtrField<proto::HybridStyle::Knot>;
+
+bool isColored(const HybridKnots& knots) {
+    return !knots.empty() && !knots[0].color().empty();
 }
 
-constexpr std::array<std::pair<std::string_view, HybridRepresentation>, 4> representations{
-    {{"", HybridRepresentation::best},
-     {"points", HybridRepresentation::points},
-     {"residual", HybridRepresentation::residual},
-     {"volume", HybridRepresentation::volume}}};
-
-constexpr std::array<std::pair<std::string_view, PointShape>, 3> shapes{
-    {{"square", PointShape::square}, {"disc", PointShape::disc}, {"gaussian", PointShape::gaussian}}};
-
-template <class T, std::size_t count>
-std::string nameOf(T value, const std::array<std::pair<std::string_view, T>, count>& known) {
-    const auto found = std::ranges::find(known, value, &std::pair<std::string_view, T>::second);
-    return std::string(found->first);
-}
-
-Status parseCurve(const proto::HybridStyle& message, HybridStyle& style) {
-    if (message.curve().empty()) return success();
-    std::vector<Curve::Knot> knots;
-    const bool colored = !message.curve(0).color().empty();
-    for (int i = 0; i < message.curve_size(); ++i) {
-        const auto& knot = message.curve(i);
-        knots.push_back({knot.value(), knot.opacity()});
-        if (knot.color().empty() == colored)
+Status validateHybridColors(proto::HybridStyle& style) {
+    const bool colored = isColored(style.curve());
+    for (int i = 0; i < style.curve_size(); ++i) {
+        if (style.curve(i).color().empty() == colored)
             return invalid(fmt::format("curve[{}].color", i), "all knots of a curve have a color, or none");
-        if (colored) style.colors.push_back(readColor(knot.color()));
     }
-    style.opacity = Curve::create(std::move(knots), -Curve::largest, Curve::largest).value();
-    return success();
-}
-
-Status parseColors(const proto::HybridStyle& message, HybridStyle& style) {
-    if (!message.color_map().empty()) {
-        if (!style.colors.empty()) return invalid("colorMap", "is instead of the knots' colors");
-        style.colorMap = ColorMap::find(message.color_map()).value();
-    }
-    if (message.color_range().empty()) return success();
-    style.colorRange = ValueRange{message.color_range(0), message.color_range(1)};
-    if (style.colorRange->low < style.colorRange->high) return success();
+    if (colored && !style.color_map().empty()) return invalid("colorMap", "is instead of the knots' colors");
+    if (!colored && style.color_map().empty()) style.set_color_map(std::string(ColorMap::standard().name()));
+    const auto& range = style.color_range();
+    if (range.empty() || range[0] < range[1]) return success();
     return invalid("colorRange", "the second value must be the greater one");
 }
 
-Result<HalfSpace> parsePlane(const proto::ClipPlane& message) {
-    const glm::dvec3 normal = readVector(message.normal());
+Status makeUnitNormal(proto::ClipPlane& plane) {
+    const glm::dvec3 normal = readVector(plane.normal());
     const double length = glm::length(normal);
     if (!(length > 1e-6)) return invalid("normal", "a normal must not be zero");
-    return HalfSpace{normal / length, message.distance() / length};
-}
-
-Result<Bounds> parseBox(const proto::ClipBox& message) {
-    const Bounds box{readVector(message.min()), readVector(message.max())};
-    for (int axis = 0; axis < 3; ++axis) {
-        if (!(box.min[axis] < box.max[axis]))
-            return invalid(fmt::format("max[{}]", axis), "must lie above the box's min");
-    }
-    return box;
-}
-
-Status parseClips(const proto::HybridStyle& message, HybridStyle& style) {
-    if (message.clip_planes_size() > HybridStyle::mostClipPlanes) {
-        return invalid("clipPlanes", fmt::format("a layer has at most {} clip planes, not {}",
-                                                 HybridStyle::mostClipPlanes, message.clip_planes_size()));
-    }
-    for (int i = 0; i < message.clip_planes_size(); ++i) {
-        const auto plane = parsePlane(message.clip_planes(i));
-        if (!plane.ok()) return plane.error().within(fmt::format("clipPlanes[{}]", i));
-        style.clipPlanes.push_back(*plane);
-    }
-    if (!message.has_clip_box()) return success();
-    const auto box = parseBox(message.clip_box());
-    if (!box.ok()) return box.error().within("clipBox");
-    style.clipBox = *box;
+    writeVector(normal / length, plane.mutable_normal());
+    plane.set_distance(plane.distance() / length);
     return success();
 }
 
-void writeTransfer(const HybridStyle& style, proto::HybridStyle& message) {
-    const auto knots = style.opacity ? style.opacity->knots() : std::vector<Curve::Knot>();
-    for (std::size_t i = 0; i < knots.size(); ++i) {
-        auto& added = *message.add_curve();
-        added.set_value(knots[i].x);
-        added.set_opacity(knots[i].y);
-        if (!style.colors.empty()) writeColor(style.colors[i], added.mutable_color());
+Status validateClips(proto::HybridStyle& style) {
+    if (style.clip_planes_size() > HybridStyle::mostClipPlanes) {
+        return invalid("clipPlanes", fmt::format("a layer has at most {} clip planes, not {}",
+                                                 HybridStyle::mostClipPlanes, style.clip_planes_size()));
     }
-    if (style.colors.empty()) message.set_color_map(std::string(style.colorMap.name()));
-    if (!style.colorRange) return;
-    message.add_color_range(style.colorRange->low);
-    message.add_color_range(style.colorRange->high);
+    for (int i = 0; i < style.clip_planes_size(); ++i)
+        MOTE_RETURN_IF_ERROR(makeUnitNormal(*style.mutable_clip_planes(i)), fmt::format("clipPlanes[{}]", i));
+    for (int axis = 0; style.has_clip_box() && axis < 3; ++axis) {
+        if (!(style.clip_box().min(axis) < style.clip_box().max(axis)))
+            return invalid(fmt::format("clipBox.max[{}]", axis), "must lie above the box's min");
+    }
+    return success();
 }
 
-void writeClips(const HybridStyle& style, proto::HybridStyle& message) {
-    for (const auto& plane : style.clipPlanes) {
-        auto& added = *message.add_clip_planes();
-        writeVector(plane.normal, added.mutable_normal());
-        added.set_distance(plane.distance);
-    }
-    if (!style.clipBox) return;
-    writeVector(style.clipBox->min, message.mutable_clip_box()->mutable_min());
-    writeVector(style.clipBox->max, message.mutable_clip_box()->mutable_max());
+std::optional<Curve> hybridCurveOf(const HybridKnots& knots) {
+    if (knots.empty()) return std::nullopt;
+    std::vector<Curve::Knot> made;
+    for (const auto& knot : knots) made.push_back({knot.value(), knot.opacity()});
+    return Curve::create(std::move(made), -Curve::largest, Curve::largest).value();
+}
+
+/// The knots from the first of which to the last the colour map goes where nothing else is said.
+bool hasSpan(const HybridKnots& knots) {
+    return knots[0].value() < knots[knots.size() - 1].value();
+}
+
+bool hasPlainCurve(const proto::HybridStyle& style) {
+    return !style.curve().empty() && !isColored(style.curve());
+}
+
+bool rangeByKnots(const proto::HybridStyle& style) {
+    return hasPlainCurve(style) && style.color_range().empty();
 }
 
 }  // namespace
 
-Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& said) {
-    auto filled = said;
-    auto& light = *filled.mutable_light();
+Result<proto::HybridStyle> parseHybridStyle(proto::HybridStyle message) {
+    auto& light = *message.mutable_light();
     if (!light.has_ambient()) light.set_ambient(0.25);
     if (!light.has_diffuse()) light.set_diffuse(0.75);
     if (!light.has_specular()) light.set_specular(0.25);
-    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(std::move(filled)));
-    if (message.light().shadow()) return invalid("light.shadow", "volumes cast no shadows");
-    HybridStyle style;
-    style.representation = valueOf(message.representation(), representations);
-    style.pointShape = valueOf(message.point_shape(), shapes);
-    style.pointOpacity = message.point_opacity();
-    style.light = lightOf(message.light());
-    MOTE_RETURN_IF_ERROR(parseCurve(message, style));
-    MOTE_RETURN_IF_ERROR(parseColors(message, style));
-    MOTE_RETURN_IF_ERROR(parseClips(message, style));
+    MOTE_ASSIGN_OR_RETURN(auto style, resolved(std::move(message)));
+    if (style.light().shadow()) return invalid("light.shadow", "volumes cast no shadows");
+    MOTE_RETURN_IF_ERROR(validateHybridColors(style));
+    MOTE_RETURN_IF_ERROR(validateClips(style));
     return style;
 }
 
-void writeStyle(const HybridStyle& style, const glm::dvec3&, proto::Layer& layer) {
-    auto& message = *layer.mutable_hybrid();
-    message.set_representation(nameOf(style.representation, representations));
-    writeTransfer(style, message);
-    message.set_point_shape(nameOf(style.pointShape, shapes));
-    message.set_point_opacity(style.pointOpacity);
-    *message.mutable_light() = toProto(style.light);
-    writeClips(style, message);
+HybridStyle hybridStyleOf(const proto::HybridStyle& message) {
+    HybridStyle style{
+        .representation = enumOf<HybridRepresentation>(message.representation(), representations),
+        .opacity = hybridCurveOf(message.curve()),
+        .colors = {},
+        .colorMap =
+            isColored(message.curve()) ? ColorMap::standard() : ColorMap::find(message.color_map()).value(),
+        .colorRange = {},
+        .pointShape = enumOf<PointShape>(message.point_shape(), shapes),
+        .pointOpacity = message.point_opacity(),
+        .light = lightOf(message.light()),
+        .clipPlanes = {},
+        .clipBox = {}};
+    for (const auto& knot : message.curve()) {
+        if (!knot.color().empty()) style.colors.push_back(readColor(knot.color()));
+    }
+    if (!message.color_range().empty())
+        style.colorRange = ValueRange{message.color_range(0), message.color_range(1)};
+    for (const auto& plane : message.clip_planes())
+        style.clipPlanes.push_back({readVector(plane.normal()), plane.distance()});
+    if (message.has_clip_box())
+        style.clipBox = Bounds{readVector(message.clip_box().min()), readVector(message.clip_box().max())};
+    return style;
+}
+
+/// Where the colour map goes from the first knot to the last, the knots of two curves together span more than
+/// either's: the colours go from the one's range to the other's.
+void visitFields(proto::HybridStyle& style, const proto::HybridStyle& other, FieldVisitor& visitor) {
+    auto& anyStyle = static_cast<google::protobuf::Message&>(style);
+    if (&style == &other || !rangeByKnots(style) || !hasPlainCurve(other))
+        return visitFields(anyStyle, other, visitor);
+    const auto from = style.curve();
+    const auto& to = other.curve();
+    const bool asMany = from.size() == to.size();
+    visitFields(anyStyle, other, visitor);
+    if (hasSpan(from) != hasSpan(to) || !(hasSpan(from) || asMany)) {
+        visitor.word(false);
+        *style.mutable_curve() = from;
+        return;
+    }
+    if (asMany || !canMix({*hybridCurveOf(from)}, {*hybridCurveOf(to)})) return;
+    visitor.between([&](double share) {
+        style.clear_color_range();
+        style.add_color_range(mix(from[0].value(), to[0].value(), share));
+        style.add_color_range(mix(from[from.size() - 1].value(), to[to.size() - 1].value(), share));
+    });
 }
 
 }  // namespace mote

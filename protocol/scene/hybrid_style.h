@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// HybridStyle: the look of a hybrid volume: which of its representations is drawn, its transfer function, the
-// shape of its points, its light and what is cut away. Source: section 3.2.2 of the dissertation. A value; a
-// parsed one is valid.
+// The look of a hybrid volume: which of its representations is drawn, its transfer function, the shape of its
+// points, its light and what is cut away: its message, resolved (fields/resolve.h), and HybridStyle, which is
+// made of it for who draws. Source: section 3.2.2 of the dissertation. Values and pure functions.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -41,19 +41,20 @@ struct HalfSpace {
     bool operator==(const HalfSpace&) const = default;
 };
 
+/// As drawn.
 struct HybridStyle {
     /// The length over which a constant value has the curve's opacity, over the volume's longest edge.
     static constexpr double opacityShare = 1.0 / 256.0;
     static constexpr int mostClipPlanes = 6;
 
-    HybridRepresentation representation = HybridRepresentation::best;
+    HybridRepresentation representation;
     std::optional<Curve> opacity;  ///< value -> opacity over opacityShare; none: as the dataset's values ask
     std::vector<glm::dvec3> colors;  ///< linear RGB, one a knot of the curve; empty: of the colour map
-    ColorMap colorMap = ColorMap::standard();
+    ColorMap colorMap;
     std::optional<ValueRange>
         colorRange;  ///< of the colour map; none: from the curve's first knot to its last
-    PointShape pointShape = PointShape::gaussian;
-    double pointOpacity = 1.0;  ///< 0 to 1: how much of a point's correction is applied
+    PointShape pointShape;
+    double pointOpacity;  ///< 0 to 1: how much of a point's correction is applied
     Light light;
     std::vector<HalfSpace> clipPlanes;  ///< in layer space; what lies in all of them is drawn
     std::optional<Bounds> clipBox;      ///< in layer space
@@ -63,13 +64,14 @@ struct HybridStyle {
     double pointSteepness() const {
         return pointShape == PointShape::square ? 8.0 : pointShape == PointShape::disc ? 2.0 : 1.0;
     }
-
-    bool operator==(const HybridStyle&) const = default;
 };
 
-/// Fills every default. Errors: a number out of range, a curve that descends, some knots with a colour and
-/// some without, an unknown representation, shape or colour map, an empty range or box, a normal of length 0,
-/// a light that casts shadows.
-Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message);
+/// Fills every default, and makes unit vectors of the planes' normals. Errors: a number out of range, a curve
+/// that descends, some knots with a colour and some without, an unknown representation, shape or colour map,
+/// an empty range or box, a normal of length 0, a light that casts shadows.
+Result<proto::HybridStyle> parseHybridStyle(proto::HybridStyle message);
+
+/// Of a parsed message.
+HybridStyle hybridStyleOf(const proto::HybridStyle& message);
 
 }  // namespace mote

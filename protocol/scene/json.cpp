@@ -1,13 +1,211 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/json.h"
-#include "protocol/scene/empty_lists.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/text_file.h"
 
-#include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
-
 namespace mote {
+namespace {
+
+// A list of a selection that is there and empty selects nothing, one that is absent selects all; a message
+// cannot tell them apart, its JSON text can. What was read from such text is told of them here.
+
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+void addTypes(const Descriptor* type, std::set<const Descriptor*>& types) {
+    types.insert(type);
+    for (int i = 0; i < type->nested_type_count(); ++i) addTypes(type->nested_type(i), types);
+}
+
+/// All messages of the schema that are a selection or may hold one.
+std::set<const Descriptor*> typesWithSelections() {
+    const auto* const file = proto::Selection::descriptor()->file();
+    std::set<const Descriptor*> all, found{proto::Selection::descriptor()};
+    for (int i = 0; i < file->message_type_count(); ++i) addTypes(file->message_type(i), all);
+    for (std::size_t before = 0; before != found.size();) {
+        before = found.size();
+        for (const auto* const type : all) {
+            for (int i = 0; i < type->field_count(); ++i) {
+                if (found.contains(type->field(i)->message_type())) found.insert(type);
+            }
+        }
+    }
+    return found;
+}
+
+bool holdsSelections(const Descriptor* type) {
+    static const auto types = typesWithSelections();
+    return types.contains(type);
+}
+
+/// Goes through a text that protobuf has read without an error, beside the message that came of it. As
+/// lenient as protobuf: single quotes, names without quotes, commas at the end, lists within lists, which it
+/// flattens.
+class Walk {
+  public:
+    explicit Walk(std::string_view text) : text_(text) {}
+
+    Status all(Message& message) {
+        skip("\xEF\xBB\xBF");
+        value({&message, nullptr}, 0);
+        if (followed_) return success();
+        return Error{ErrorCode::unsupported, "", "is JSON whose lists cannot be told from absent ones"};
+    }
+
+  private:
+    static constexpr int deepest = 256;  // protobuf takes 100
+
+    /// Where a value belongs: a field of a message, or the message itself. A message is null where no
+    /// selection can be.
+    struct Place {
+        Message* message;
+        const FieldDescriptor* field;
+    };
+
+    bool ended() const { return at_ >= text_.size(); }
+    char here() const { return ended() ? '\0' : text_[at_]; }
+    void skip(std::string_view some) {
+        while (!ended() && some.find(text_[at_]) != std::string_view::npos) ++at_;
+    }
+
+    void value(const Place& place, int depth) {
+        skip(blank);
+        if (depth > deepest || ended()) {
+            followed_ = false;
+            at_ = text_.size();
+        } else if (here() == '{') {
+            object(messageAt(place), depth);
+        } else if (here() == '[') {
+            list(place, depth);
+        } else if (here() == '"' || here() == '\'') {
+            quoted();
+        } else if (word().empty()) {
+            ++at_;
+        }
+    }
+
+    void list(const Place& place, int depth) {
+        ++at_;
+        for (skip(between); !ended() && here() != ']'; skip(between)) value(place, depth + 1);
+        ++at_;
+    }
+
+    void object(Message* message, int depth) {
+        ++at_;
+        for (skip(between); !ended() && here() != '}'; skip(between)) {
+            const auto begin = at_;
+            const auto* const field = fieldCalled(message, name());
+            skip(colon);
+            const bool isList = here() == '[';
+            value({field == nullptr ? nullptr : message, field}, depth + 1);
+            if (isList && field != nullptr) tell(*message, *field);
+            if (at_ == begin) ++at_;
+        }
+        ++at_;
+    }
+
+    static void tell(Message& message, const FieldDescriptor& field) {
+        if (message.GetDescriptor() != proto::Selection::descriptor() || !field.is_repeated()) return;
+        if (message.GetReflection()->FieldSize(message, &field) == 0)
+            static_cast<proto::Selection&>(message).set_nothing(true);
+    }
+
+    /// The message that an object in the text became; null where no selection can be in it.
+    Message* messageAt(const Place& place) {
+        if (place.message == nullptr) return nullptr;
+        if (place.field == nullptr) return place.message;
+        if (!holdsSelections(place.field->message_type())) return nullptr;
+        auto& message = *place.message;
+        const auto& reflection = *message.GetReflection();
+        if (!place.field->is_repeated()) {
+            if (reflection.HasField(message, place.field))
+                return reflection.MutableMessage(&message, place.field);
+        } else {
+            const int index = seen_[{&message, place.field}]++;
+            if (index < reflection.FieldSize(message, place.field))
+                return reflection.MutableRepeatedMessage(&message, place.field, index);
+        }
+        followed_ = false;
+        return nullptr;
+    }
+
+    static const FieldDescriptor* fieldCalled(const Message* message, const std::string& name) {
+        if (message == nullptr) return nullptr;
+        const auto* const type = message->GetDescriptor();
+        for (int i = 0; i < type->field_count(); ++i) {
+            const auto* const field = type->field(i);
+            if (field->json_name() == name || field->name() == name || field->camelcase_name() == name)
+                return field;
+        }
+        return nullptr;
+    }
+
+    std::string name() {
+        if (here() != '"' && here() != '\'') return std::string(word());
+        const auto text = quoted();
+        if (text.find('\\') == std::string_view::npos) return std::string(text.substr(1, text.size() - 2));
+        google::protobuf::Value decoded;
+        const auto status = google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &decoded);
+        followed_ = followed_ && status.ok();
+        return decoded.string_value();
+    }
+
+    /// With its quotes.
+    std::string_view quoted() {
+        const auto begin = at_;
+        const char quote = text_[at_++];
+        while (!ended() && here() != quote) at_ += here() == '\\' ? 2 : 1;
+        at_ = std::min(at_ + 1, text_.size());
+        return text_.substr(begin, at_ - begin);
+    }
+
+    std::string_view word() {
+        const auto begin = at_;
+        at_ = std::min(text_.find_first_of(marks, at_), text_.size());
+        return text_.substr(begin, at_ - begin);
+    }
+
+    static constexpr std::string_view blank = " \t\r\n", between = " \t\r\n,", colon = " \t\r\n:";
+    static constexpr std::string_view marks = " \t\r\n,:{}[]\"'";
+
+    const std::string_view text_;
+    std::size_t at_ = 0;
+    bool followed_ = true;
+    std::map<std::pair<const Message*, const FieldDescriptor*>, int> seen_;  // of repeated fields
+};
+
+Status tellEmptyLists(std::string_view text, Message& message) {
+    if (!holdsSelections(message.GetDescriptor())) return success();
+    return Walk(text).all(message);
+}
+
+std::string withoutEmptyLists(std::string line, const Message& message) {
+    if (!holdsSelections(message.GetDescriptor())) return line;
+    // In a text a quote has a backslash before it, so these are names of fields. `nothing` comes after them.
+    for (const std::string_view list : {"\"ranges\":[],", "\"ids\":[],", "\"all\":[],", "\"any\":[],"}) {
+        for (auto at = line.find(list); at != std::string::npos; at = line.find(list, at))
+            line.erase(at, list.size());
+    }
+    return line;
+}
+
+}  // namespace
+
 namespace {
 
 namespace json = google::protobuf::util;

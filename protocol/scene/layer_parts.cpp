@@ -1,15 +1,92 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/layer_parts.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 
+#include "protocol/quantity/quantity.h"
+#include "protocol/scene/field_visitor.h"
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
-#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/view.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
+
+Result<ColorBy> parseColorBy(const proto::ColorBy& said) {
+    ColorBy colorBy;
+    MOTE_ASSIGN_OR_RETURN(colorBy.column, checkColumnName(said.column(), "column"));
+    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(said));
+    if (!message.range().empty()) colorBy.range = ValueRange{message.range(0), message.range(1)};
+    if (colorBy.range && !(colorBy.range->low < colorBy.range->high))
+        return invalid("range", "the second value must be the greater one");
+    colorBy.colorMap = ColorMap::find(message.color_map()).value();
+    if (message.of_pixel() == "nearest") colorBy.ofPixel = ColorBy::OfPixel::nearest;
+    if (message.of_pixel() == "mean") colorBy.ofPixel = ColorBy::OfPixel::mean;
+    return colorBy;
+}
+
+proto::ColorBy toProto(const ColorBy& colorBy) {
+    proto::ColorBy message;
+    message.set_column(colorBy.column);
+    if (colorBy.range) {
+        message.add_range(colorBy.range->low);
+        message.add_range(colorBy.range->high);
+    }
+    message.set_color_map(std::string(colorBy.colorMap.name()));
+    if (colorBy.ofPixel)
+        message.set_of_pixel(*colorBy.ofPixel == ColorBy::OfPixel::mean ? "mean" : "nearest");
+    return message;
+}
+
+void visitFields(ColorBy& colorBy, const ColorBy& other, FieldVisitor& visitor) {
+    visitor.word(colorBy.column == other.column && colorBy.colorMap == other.colorMap &&
+                 colorBy.ofPixel == other.ofPixel);
+    visitor.word(colorBy.range.has_value() == other.range.has_value());
+    if (!colorBy.range || !other.range) return;
+    visitor.number(colorBy.range->low, other.range->low);
+    visitor.number(colorBy.range->high, other.range->high);
+}
+
+Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSelectionMessages& named) {
+    Highlight highlight;
+    if (!message.has_selection())
+        return Error{ErrorCode::invalidArgument, "selection", "what is to be highlighted is missing"};
+    auto selection = parseSelection(message.selection(), named);
+    MOTE_RETURN_IF_ERROR(selection, "selection");
+    highlight.selection = *std::move(selection);
+    MOTE_RETURN_IF_ERROR(checkOwnFields(message));
+    highlight.color = colorOf(message, message.kColorFieldNumber).value();
+    if (message.has_size_pixels()) highlight.pointSize = message.size_pixels();
+    highlight.opacity =
+        std::min(numberOf(message, message.kOpacityFieldNumber), ParticlesStyle::opacityLimit);
+    return highlight;
+}
+
+proto::Highlight toProto(const Highlight& highlight) {
+    proto::Highlight message;
+    *message.mutable_selection() = toProto(highlight.selection);
+    writeColor(highlight.color, message.mutable_color());
+    if (highlight.pointSize) message.set_size_pixels(*highlight.pointSize);
+    message.set_opacity(highlight.opacity);
+    return message;
+}
+
+void visitFields(Highlight& highlight, const Highlight& other, FieldVisitor& visitor) {
+    visitor.word(highlight.selection == other.selection);
+    visitor.vector(highlight.color, other.color);
+    visitor.number(highlight.opacity, other.opacity);
+    visitor.word(highlight.pointSize.has_value() == other.pointSize.has_value());
+    if (highlight.pointSize && other.pointSize)
+        visitor.pixels(*highlight.pointSize, *other.pointSize, lengthField("highlight.sizePixels"));
+}
+
 namespace {
 
 Status checkKind(const proto::Layer& message) {
@@ -86,11 +163,18 @@ void writeLayerParts(const Layer& layer, proto::Layer& message) {
 }
 
 void visitLayer(Layer& layer, const Layer& other, FieldVisitor& visitor) {
+    const bool keepsInk = layer.inkIsDark != other.inkIsDark;
+    const auto ink = keepsInk ? layer.ink()->color() : google::protobuf::RepeatedField<double>();
     std::visit(
         [&](auto& style) {
             visitFields(style, std::get<std::decay_t<decltype(style)>>(other.style), visitor);
         },
         layer.style);
+    if (keepsInk) {
+        // Between ink for the dark and ink for the light it would vanish on its paper.
+        *std::get<proto::InkStyle>(layer.style).mutable_color() = ink;
+        visitor.word(false);
+    }
     visitPart(layer.colorBy, other.colorBy, visitor);
     visitor.word(layer.select == other.select);
     visitPart(layer.highlight, other.highlight, visitor);

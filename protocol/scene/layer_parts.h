@@ -5,12 +5,81 @@
 // here, so that view.cpp knows none of them. Pure functions.
 #pragma once
 
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include "protocol/mote.pb.h"
+#include "protocol/scene/color_map.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/field_visitor.h"
-#include "protocol/scene/view.h"
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/selection.h"
+#include "protocol/scene/transfer_function.h"
 
 namespace mote {
+
+struct Layer;
+
+// ColorBy: that points and volume take their colour from a column or derived quantity (docs/PICTURE.md,
+// "Colour by a column"). A value; a parsed one is valid in itself (whether there is such a column, the
+// dataset knows).
+struct ColorBy {
+    static constexpr double opaque = 0.5;  ///< points of such an opacity hide those behind them
+    enum class OfPixel {
+        mean,     ///< the colour of the mean value of a pixel's points
+        nearest,  ///< that of the nearest point's value
+    };
+
+    std::string column;
+    std::optional<ValueRange> range;  ///< of the colour map; absent: 1% to 99% of the weight of all steps
+    ColorMap colorMap = ColorMap::standard();
+    std::optional<OfPixel> ofPixel;  ///< absent: that of the nearest where points are opaque
+
+    bool ofNearest(const ParticlesStyle& style) const {
+        if (ofPixel) return *ofPixel == OfPixel::nearest;
+        return !style.opacityByPlot && style.pointOpacity >= opaque;
+    }
+    bool operator==(const ColorBy&) const = default;
+};
+
+/// Fills every default. Errors: no name, a range that does not ascend, a map or a word that is not known.
+Result<ColorBy> parseColorBy(const proto::ColorBy& message);
+
+/// Complete: parsing it gives the value again.
+proto::ColorBy toProto(const ColorBy& colorBy);
+
+void visitFields(ColorBy& colorBy, const ColorBy& other, FieldVisitor& visitor);
+
+// Highlight: which points of a layer are drawn over the others, and how (docs/PICTURE.md, "Highlights"). A
+// value; a parsed one is valid in itself.
+struct Highlight {
+    Selection selection;
+    glm::dvec3 color{0.0};            ///< linear RGB
+    std::optional<double> pointSize;  ///< pixels; absent: the layer's
+    double opacity = 0.0;             ///< of one point, at most ParticlesStyle::opacityLimit
+
+    bool operator==(const Highlight&) const = default;
+};
+
+/// Fills every default. Errors: of the selection, a number out of range.
+Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSelectionMessages& named);
+
+/// Complete: parsing it gives the value again, the colour to rounding.
+proto::Highlight toProto(const Highlight& highlight);
+
+void visitFields(Highlight& highlight, const Highlight& other, FieldVisitor& visitor);
+
+// Towards: another step of a layer's dataset, and how far on the way there the layer is (docs/PICTURE.md,
+// "Between steps"). A value.
+struct Towards {
+    std::uint32_t step = 0;  ///< index into the dataset's steps
+    double share = 0.0;      ///< of the way from the layer's step to this one, 0 to 1
+
+    bool operator==(const Towards&) const = default;
+};
 
 /// Into a layer whose style is there. Errors: of each part; one of a layer of a kind that does not have it.
 Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages& named, Layer& layer);

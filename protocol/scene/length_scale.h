@@ -2,7 +2,7 @@
 //
 // Lengths on the screen (docs/PICTURE.md, "Lengths"). One that a view says is pixels times the view's
 // `scale`; one that it leaves out is that of a picture of 720 lines and grows with the picture's height.
-// Styles keep which of both each of theirs is; lengths_in_pixels.h makes a view of it whose lengths are all
+// Styles keep which of both each of theirs is; view_message.h makes a view of it whose lengths are all
 // told in its own pixels, and who draws is given that. Pure functions and values.
 #pragma once
 

@@ -7,9 +7,9 @@
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/log_density.h"
-#include "protocol/scene/mix_curve.h"
+#include "protocol/scene/mix.h"
 #include "protocol/scene/srgb.h"
-#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
@@ -103,7 +103,7 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& said) {
         .densityRange = densities};
 }
 
-void writeStyle(const ParticlesStyle& style, const glm::dvec3&, proto::Layer& layer) {
+void writeStyle(const ParticlesStyle& style, proto::Layer& layer) {
     auto& volume = *layer.mutable_particles()->mutable_volume();
     for (const auto& knot : style.curveByPlot ? std::vector<Curve::Knot>() : style.volumeOpacity.knots()) {
         auto& added = *volume.add_curve();

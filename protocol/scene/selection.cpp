@@ -2,13 +2,141 @@
 #include "protocol/scene/selection.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/struct.pb.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/vec2.hpp>
+#include <span>
 #include <string_view>
+#include <vector>
 
-#include "protocol/scene/selection_parts.h"
+#include "protocol/quantity/quantity.h"
+#include "protocol/scene/check.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
+namespace {
+
+using PointListMessage = google::protobuf::RepeatedPtrField<google::protobuf::ListValue>;
+
+bool isNumber(const google::protobuf::Value& value) {
+    return value.kind_case() == google::protobuf::Value::kNumberValue;
+}
+
+/// The field is named only where there is something to say of it: lists are long.
+Result<glm::dvec2> parsePoint(const google::protobuf::ListValue& pair, int index, double limit) {
+    if (pair.values_size() != 2 || !isNumber(pair.values(0)) || !isNumber(pair.values(1)))
+        return invalid(fmt::format("points[{}]", index), "two numbers are needed");
+    glm::dvec2 point(0.0);
+    for (int axis = 0; axis < 2; ++axis) {
+        const double value = pair.values(axis).number_value();
+        if (!(value >= -limit && value <= limit))
+            return checkRange(value, -limit, limit, fmt::format("points[{}][{}]", index, axis)).error();
+        point[axis] = value;
+    }
+    return point;
+}
+
+Result<std::vector<glm::dvec2>> parsePoints(const PointListMessage& points, std::size_t least,
+                                            std::size_t most, double limit) {
+    const auto count = static_cast<std::size_t>(points.size());
+    if (count < least) return invalid("points", fmt::format("at least {} are needed, not {}", least, count));
+    if (count > most) return invalid("points", fmt::format("there may be at most {}, not {}", most, count));
+    std::vector<glm::dvec2> result;
+    result.reserve(count);
+    for (int i = 0; i < points.size(); ++i) {
+        MOTE_ASSIGN_OR_RETURN(const auto point, parsePoint(points[i], i, limit));
+        result.push_back(point);
+    }
+    return result;
+}
+
+void writePoints(std::span<const glm::dvec2> points, PointListMessage* message) {
+    message->Reserve(static_cast<int>(points.size()));
+    for (const auto& point : points) {
+        auto& pair = *message->Add();
+        pair.add_values()->set_number_value(point.x);
+        pair.add_values()->set_number_value(point.y);
+    }
+}
+
+constexpr double largestCorner = 1e30;    // of a corner: products of two stay far from overflow
+constexpr double farthest = 1e6;          // of a lasso's corner, pictures
+constexpr double thinnest = 1.0 / 16384;  // picture, width over height
+
+Status checkBound(double value, std::string_view field) {
+    if (std::isfinite(value)) return success();
+    return invalid(std::string(field), "a bound is a finite number; where there is none it is left out");
+}
+
+/// The bounds of a message with optional min and max, into a value of both.
+template <class Message, class Value>
+Status readBounds(const Message& message, Value& value) {
+    if (message.has_min()) {
+        MOTE_RETURN_IF_ERROR(checkBound(message.min(), "min"));
+        value.min = message.min();
+    }
+    if (message.has_max()) {
+        MOTE_RETURN_IF_ERROR(checkBound(message.max(), "max"));
+        value.max = message.max();
+    }
+    if (value.min <= value.max) return success();
+    return invalid("max", fmt::format("lies below the min: {} < {}", value.max, value.min));
+}
+
+Result<Selection::Range> parseRange(const proto::Selection::Range& message) {
+    Selection::Range range;
+    MOTE_ASSIGN_OR_RETURN(range.column, checkColumnName(message.column(), "column"));
+    MOTE_RETURN_IF_ERROR(readBounds(message, range));
+    return range;
+}
+
+Result<Selection::Density> parseDensity(const proto::Selection::Density& message) {
+    if (message.has_min()) MOTE_RETURN_IF_ERROR(checkRange(message.min(), 0.0, 1.0, "min"));
+    if (message.has_max()) MOTE_RETURN_IF_ERROR(checkRange(message.max(), 0.0, 1.0, "max"));
+    Selection::Density density;
+    MOTE_RETURN_IF_ERROR(readBounds(message, density));
+    return density;
+}
+
+Result<Selection::Polygon> parsePolygon(const proto::Selection::Polygon& message) {
+    if (message.columns_size() != 2)
+        return invalid("columns", fmt::format("two names are needed, not {}", message.columns_size()));
+    Selection::Polygon polygon;
+    MOTE_ASSIGN_OR_RETURN(polygon.first, checkColumnName(message.columns(0), "columns[0]"));
+    MOTE_ASSIGN_OR_RETURN(polygon.second, checkColumnName(message.columns(1), "columns[1]"));
+    if (polygon.first == polygon.second)
+        return invalid("columns[1]", fmt::format("\"{}\" is given twice", polygon.first));
+    MOTE_ASSIGN_OR_RETURN(polygon.points,
+                          parsePoints(message.points(), 3, Selection::maxPolygonPoints, largestCorner));
+    return polygon;
+}
+
+Result<Selection::Lasso> parseLasso(const proto::Selection::Lasso& message) {
+    Selection::Lasso lasso;
+    if (!message.has_camera()) return invalid("camera", "a lasso needs the camera of its picture");
+    const auto camera = parseCamera(message.camera());
+    MOTE_RETURN_IF_ERROR(camera, "camera");
+    lasso.camera = *camera;
+    MOTE_ASSIGN_OR_RETURN(lasso.aspect, checkRange(message.aspect(), thinnest, 1.0 / thinnest, "aspect"));
+    MOTE_ASSIGN_OR_RETURN(lasso.transform, parseTransform(message.transform()));
+    MOTE_ASSIGN_OR_RETURN(lasso.points,
+                          parsePoints(message.points(), 3, Selection::maxPolygonPoints, farthest));
+    return lasso;
+}
+
+Result<Selection::Outermost> parseOutermost(const proto::Selection::Outermost& message) {
+    const auto& plane = message.plane();
+    if (plane != "x" && plane != "y" && plane != "z")
+        return invalid("plane", "there are \"x\", \"y\" and \"z\"");
+    MOTE_ASSIGN_OR_RETURN(const auto share, checkRange(message.share(), 0.0, 1.0, "share"));
+    return Selection::Outermost{plane[0], share};
+}
+
+}  // namespace
+
 namespace {
 
 constexpr int maxNamed = 64;
@@ -196,6 +324,72 @@ Result<std::vector<NamedSelection>> parseNamedSelections(const NamedSelectionMes
         selections.push_back({named[i].name(), *std::move(selection)});
     }
     return selections;
+}
+
+namespace {
+
+template <class Value, class Message>
+void writeBounds(const Value& value, Message& message) {
+    if (std::isfinite(value.min)) message.set_min(value.min);
+    if (std::isfinite(value.max)) message.set_max(value.max);
+}
+
+void write(const Selection::Polygon& polygon, proto::Selection::Polygon& message) {
+    message.add_columns(polygon.first);
+    message.add_columns(polygon.second);
+    writePoints(polygon.points, message.mutable_points());
+}
+
+void write(const Selection::Lasso& lasso, proto::Selection::Lasso& message) {
+    *message.mutable_camera() = toProto(lasso.camera);
+    message.set_aspect(lasso.aspect);
+    writeTransform(lasso.transform, message.mutable_transform());
+    writePoints(lasso.points, message.mutable_points());
+}
+
+void write(const Selection& selection, proto::Selection& message) {
+    for (const auto& range : selection.ranges) {
+        auto& added = *message.add_ranges();
+        added.set_column(range.column);
+        writeBounds(range, added);
+    }
+    if (selection.density) writeBounds(*selection.density, *message.mutable_density());
+    if (selection.polygon) write(*selection.polygon, *message.mutable_polygon());
+    if (selection.lasso) write(*selection.lasso, *message.mutable_lasso());
+    if (selection.outermost) {
+        message.mutable_outermost()->set_plane(std::string(1, selection.outermost->plane));
+        message.mutable_outermost()->set_share(selection.outermost->share);
+    }
+    message.mutable_ids()->Add(selection.ids.begin(), selection.ids.end());
+    if (selection.step) message.set_step(*selection.step);
+    if (selection.nothing) message.set_nothing(true);
+    for (const auto& inner : selection.all) write(inner, *message.add_all());
+    for (const auto& inner : selection.any) write(inner, *message.add_any());
+    for (const auto& inner : selection.negated) write(inner, *message.mutable_negated());
+}
+
+}  // namespace
+
+bool Selection::operator==(const Selection& other) const {
+    return ranges == other.ranges && density == other.density && polygon == other.polygon &&
+           lasso == other.lasso && outermost == other.outermost && ids == other.ids && step == other.step &&
+           all == other.all && any == other.any && negated == other.negated && nothing == other.nothing;
+}
+
+std::size_t valueCount(const Selection& selection) {
+    std::size_t count = selection.ids.size();
+    if (selection.polygon) count += selection.polygon->points.size();
+    if (selection.lasso) count += selection.lasso->points.size();
+    for (const auto* const list : {&selection.all, &selection.any, &selection.negated}) {
+        for (const auto& inner : *list) count += valueCount(inner);
+    }
+    return count;
+}
+
+proto::Selection toProto(const Selection& selection) {
+    proto::Selection message;
+    write(selection, message);
+    return message;
 }
 
 }  // namespace mote

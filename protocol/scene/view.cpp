@@ -6,8 +6,8 @@
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/layer_parts.h"
-#include "protocol/scene/lengths_in_pixels.h"
-#include "protocol/scene/transform.h"
+#include "protocol/scene/view_message.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
@@ -68,6 +68,7 @@ Result<Layer> parseLayer(const proto::Layer& message, const proto::View& view, c
     auto layer = parseStyle(message, background,
                             {message.dataset(), message.step(), transform, StippleStyle{}, opacity});
     if (layer.ok()) MOTE_RETURN_IF_ERROR(parseLayerParts(message, view.selections(), *layer));
+    if (layer.ok() && layer->ink()) layer->inkIsDark = inkIsDark(*layer->ink(), background);
     return layer;
 }
 

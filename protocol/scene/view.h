@@ -4,6 +4,9 @@
 // one is valid in itself (whether its datasets exist, the catalogue knows).
 #pragma once
 
+#include <google/protobuf/message.h>
+
+#include <concepts>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -15,17 +18,24 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
-#include "protocol/scene/color_by.h"
 #include "protocol/scene/error.h"
-#include "protocol/scene/highlight.h"
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/ink_style.h"
+#include "protocol/scene/layer_parts.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/paths.h"
-#include "protocol/scene/same_message.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/stipple_style.h"
-#include "protocol/scene/towards.h"
+
+/// Messages as values: equal where they say the same.
+namespace mote::proto {
+
+template <std::derived_from<google::protobuf::Message> Message>
+bool operator==(const Message& a, const Message& b) {
+    return a.SerializeAsString() == b.SerializeAsString();
+}
+
+}  // namespace mote::proto
 
 namespace mote {
 
@@ -36,7 +46,7 @@ struct Layer {
     std::string dataset;        ///< "ROOT/NAME"
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
-    std::variant<ParticlesStyle, HybridStyle, StippleStyle, MeshStyle, InkStyle> style;
+    std::variant<ParticlesStyle, proto::HybridStyle, StippleStyle, MeshStyle, proto::InkStyle> style;
     double opacity = 1.0;  ///< how much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade")
     // Of particles alone.
     std::optional<ColorBy> colorBy = {};      ///< of its points
@@ -45,13 +55,14 @@ struct Layer {
     std::optional<Paths> paths = {};          ///< the ways of some through all steps
     // Of kinds that have steps.
     std::optional<Towards> towards = {};  ///< another step, and how far on the way there the layer is
+    bool inkIsDark = true;                ///< of ink: no lighter than its paper, it stands for what is dark
 
     /// Null where it is of another kind.
     const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
     ParticlesStyle* particles() { return std::get_if<ParticlesStyle>(&style); }
-    const HybridStyle* hybrid() const { return std::get_if<HybridStyle>(&style); }
+    const proto::HybridStyle* hybrid() const { return std::get_if<proto::HybridStyle>(&style); }
     const StippleStyle* stipple() const { return std::get_if<StippleStyle>(&style); }
-    const InkStyle* ink() const { return std::get_if<InkStyle>(&style); }
+    const proto::InkStyle* ink() const { return std::get_if<proto::InkStyle>(&style); }
     const MeshStyle* mesh() const { return std::get_if<MeshStyle>(&style); }
 
     bool operator==(const Layer&) const = default;

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Views as messages again, and views for pictures of more pixels. Pure functions.
+// What is made of views: their messages, views for pictures of more pixels, with all lengths in pixels, and
+// with a camera that sees what their datasets hold. Pure functions.
 #pragma once
 
+#include <optional>
+#include <span>
+
 #include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
 
@@ -18,5 +23,20 @@ proto::View toProto(const View& view);
 /// is longer as many times. Errors: invalidArgument where a size, the scale or a length becomes larger than
 /// it may be, or `times` is 0.
 Result<View> magnified(const View& view, unsigned times);
+
+/// The same picture, with a scale of 1 and every length said: what devices are given, and what can be mixed
+/// with another.
+View lengthsInPixels(View view);
+
+/// Errors: invalidArgument where a length that the view says is longer than it may be once it is scaled.
+Status checkLengths(const View& view);
+
+/// Whether a camera shows more or less of a layer: not of one that lies on the picture itself, or of which
+/// there is nothing.
+bool isFitted(const Layer& layer);
+
+/// Fits the camera of a view that came without one to its layers; another's stays as it is. `boxes`: of each
+/// layer's dataset, layer space; nothing where there is none to be seen. Annotated axes get room for labels.
+void fitLayers(View& view, std::span<const std::optional<Bounds>> boxes);
 
 }  // namespace mote

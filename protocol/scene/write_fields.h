@@ -5,9 +5,14 @@
 
 #include <google/protobuf/repeated_field.h>
 
+#include <algorithm>
+#include <array>
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <string_view>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
 #include "protocol/scene/light.h"
 
 namespace mote {
@@ -17,6 +22,12 @@ glm::dvec3 readVector(const google::protobuf::RepeatedField<double>& field);
 /// A colour that it has, linear RGB.
 glm::dvec3 readColor(const google::protobuf::RepeatedField<double>& field);
 
+/// The value of an enumeration whose words stand in its order, by one of them.
+template <class Enum, std::size_t count>
+Enum enumOf(std::string_view word, const std::array<std::string_view, count>& words) {
+    return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
+}
+
 void writeVector(const glm::dvec3& vector, google::protobuf::RepeatedField<double>* field);
 
 /// A linear colour, sRGB-encoded. Returns what the reader will make of it, which may differ in the last
@@ -24,5 +35,11 @@ void writeVector(const glm::dvec3& vector, google::protobuf::RepeatedField<doubl
 glm::dvec3 writeColor(const glm::dvec3& color, google::protobuf::RepeatedField<double>* field);
 
 proto::Light toProto(const Light& light);
+
+/// Errors, at "transform": not 16 finite numbers, not affine, not invertible.
+Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows);
+
+/// Nothing for the identity.
+void writeTransform(const glm::dmat4& transform, google::protobuf::RepeatedField<double>* rows);
 
 }  // namespace mote

@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "protocol/scene/near_share.h"
+#include "protocol/scene/camera.h"
 
 namespace mote::server {
 

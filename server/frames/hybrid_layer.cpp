@@ -22,8 +22,8 @@ Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerReq
     });
 }
 
-Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
-    return hybridPart(style.representation, asked);
+Result<LayerPart> partOf(const proto::HybridStyle& style, const LayerRequest& asked) {
+    return hybridPart(hybridStyleOf(style).representation, asked);
 }
 
 }  // namespace mote::server

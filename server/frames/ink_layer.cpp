@@ -10,9 +10,9 @@
 namespace mote::server {
 namespace {
 
-Result<LayerPart> inkOfMesh(const InkStyle& style, const storage::Catalogue::Entry& entry,
+Result<LayerPart> inkOfMesh(const proto::InkStyle& style, const storage::Catalogue::Entry& entry,
                             const LayerRequest& asked) {
-    if (style.opacity) {
+    if (!style.curve().empty()) {
         return Error{ErrorCode::invalidArgument, "ink.curve",
                      fmt::format("a curve is of a volume or of particles, and \"{}\" is a mesh", entry.name)};
     }
@@ -50,7 +50,7 @@ LayerPart coherent(LayerPart part) {
     };
 }
 
-Result<LayerPart> inkOf(const InkStyle& style, const storage::Catalogue::Entry& entry,
+Result<LayerPart> inkOf(const proto::InkStyle& style, const storage::Catalogue::Entry& entry,
                         const LayerRequest& asked) {
     const auto& kind = entry.manifest->kind();
     if (kind == "mesh") return inkOfMesh(style, entry, asked);
@@ -63,10 +63,10 @@ Result<LayerPart> inkOf(const InkStyle& style, const storage::Catalogue::Entry& 
 
 }  // namespace
 
-Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked) {
+Result<LayerPart> partOf(const proto::InkStyle& style, const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
     auto part = inkOf(style, entry, asked);
-    if (!style.coherent || !part.ok() || !*part) return part;
+    if (!style.coherent() || !part.ok() || !*part) return part;
     return coherent(*std::move(part));
 }
 

@@ -35,9 +35,9 @@ using LayerPart =
 /// Asks for a layer's data. Empty where they are on their way: the picture waits. Errors: of StepSource;
 /// invalidArgument, unsupported (a dataset of another kind), resourceExhausted.
 Result<LayerPart> partOf(const ParticlesStyle& style, const LayerRequest& asked);
-Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const proto::HybridStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
-Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const proto::InkStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 
 /// What several kinds of layers draw alike: a mesh; a hybrid volume. As partOf.

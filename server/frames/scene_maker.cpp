@@ -11,7 +11,7 @@
 
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/dataset.h"
-#include "protocol/scene/fit_layers.h"
+#include "protocol/scene/view_message.h"
 #include "server/frames/layer_kinds.h"
 
 namespace mote::server {

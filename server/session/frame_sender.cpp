@@ -4,7 +4,7 @@
 #include <asio/post.hpp>
 #include <utility>
 
-#include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/view_message.h"
 #include "protocol/wire/framing.h"
 
 namespace mote::server {

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "protocol/scene/near_share.h"
+#include "protocol/scene/camera.h"
 #include "storage/particles/octree_cell.h"
 
 namespace mote::storage {

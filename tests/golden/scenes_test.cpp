@@ -65,8 +65,8 @@ TEST_P(GoldenHybridTest, ShowsVolumeAndWhatSetsItRight) {
         quickly({View{scene.view.width, scene.view.height, 1.0, scene.view.background, {}, {}, {}}, {}});
     auto low = scene;
     for (auto& layer : low.view.layers) {
-        if (auto* const style = std::get_if<HybridStyle>(&layer.style))
-            style->representation = HybridRepresentation::volume;
+        if (auto* const style = std::get_if<proto::HybridStyle>(&layer.style))
+            style->set_representation("volume");
     }
     const double covered = changedShare(whole, empty), righted = changedShare(whole, quickly(low));
     EXPECT_GE(covered, GetParam().coveredShare);

@@ -44,7 +44,7 @@ Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerTo
 
 HybridField::HybridField(const render::GridField& step, const Layer& layer, const Camera& camera)
     : step_(step),
-      style_(*layer.hybrid()),
+      style_(hybridStyleOf(*layer.hybrid())),
       drawn_(render::resolved(style_.representation, step)),
       corrected_(step.bricks != nullptr && drawn_ != HybridRepresentation::volume),
       transfer_(render::transferOf(style_, step)),

@@ -85,7 +85,8 @@ void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
         .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
     Layer whole = scene.view.layers[layer];
     const double opacity = std::exchange(whole.opacity, 1.0);
-    inks_.push_back(render::inkOf(whole, *whole.ink(), render::inkDataOf(scene, layer), plan, 1.0, {}));
+    inks_.push_back(render::inkOf(whole, inkStyleOf(*whole.ink(), whole.inkIsDark),
+                                  render::inkDataOf(scene, layer), plan, 1.0, {}));
     for (auto& fragment : inks_.back().fragments) fragment.opacity *= static_cast<float>(opacity);
     inks_.back().strokes.opacity = static_cast<float>(opacity);
     strokes_.emplace_back(scene.view, inks_.back().strokes);

@@ -67,16 +67,25 @@ Curve movedCurve(const Curve& curve, double offset, double least, double greates
     return Curve::create(std::move(knots), least, greatest).value();
 }
 
-void moveStyle(HybridStyle& style, const render::GridField& step, double way) {
+void moveStyle(proto::HybridStyle& style, const render::GridField& step, double way) {
     const double range = step.range.high - step.range.low;
     constexpr double widest = std::numeric_limits<double>::max();
-    style.opacity = movedCurve(style.opacity ? *style.opacity : render::defaultOpacity(step),
-                               way * knotShift * range, -widest, widest);
+    const auto said = hybridStyleOf(style).opacity;
+    const auto moved =
+        movedCurve(said ? *said : render::defaultOpacity(step), way * knotShift * range, -widest, widest);
+    for (int i = 0; const auto& knot : moved.knots()) {
+        auto& written = i < style.curve_size() ? *style.mutable_curve(i) : *style.add_curve();
+        written.set_value(knot.x);
+        written.set_opacity(knot.y);
+        ++i;
+    }
     const double extent = glm::length(step.bounds().size());
-    for (auto& plane : style.clipPlanes) plane.distance += way * cutShift * extent;
-    if (!style.clipBox) return;
-    style.clipBox->min += way * cutShift * extent;
-    style.clipBox->max += way * cutShift * extent;
+    const double shift = way * cutShift * extent;
+    for (auto& plane : *style.mutable_clip_planes()) plane.set_distance(plane.distance() + shift);
+    if (!style.has_clip_box()) return;
+    for (auto* const corner :
+         {style.mutable_clip_box()->mutable_min(), style.mutable_clip_box()->mutable_max()})
+        for (double& place : *corner) place += shift;
 }
 
 void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
@@ -87,7 +96,8 @@ void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
     layer.transform = glm::inverse(worldToEye) * shifted;
     if (auto* const style = layer.particles())
         style->volumeOpacity = movedCurve(style->volumeOpacity, way * knotShift, 0.0, 1.0);
-    if (auto* const style = std::get_if<HybridStyle>(&layer.style)) moveStyle(*style, *scene.hybrids[i], way);
+    if (auto* const style = std::get_if<proto::HybridStyle>(&layer.style))
+        moveStyle(*style, *scene.hybrids[i], way);
 }
 
 bool differ(const Image& one, const Image& other, std::size_t pixel) {

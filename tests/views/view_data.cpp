@@ -7,7 +7,7 @@
 #include <charconv>
 #include <vector>
 
-#include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/view_message.h"
 #include "protocol/scene/plot_density.h"
 #include "protocol/scene/view_parts.h"
 #include "server/render/layers/ink/density_grid.h"
@@ -48,10 +48,10 @@ Result<DatasetName> datasetOf(const Layer& layer) {
     return missing(layer.dataset);
 }
 
-Status checkRepresentation(const HybridStyle& style, const render::GridField& step) {
+Status checkRepresentation(HybridRepresentation asked, const render::GridField& step) {
     using enum HybridRepresentation;
-    const bool any = style.representation == best || style.representation == volume;
-    if (any || style.representation == step.parts) return success();
+    const bool any = asked == best || asked == volume;
+    if (any || asked == step.parts) return success();
     return Error{ErrorCode::unsupported, "representation", "the dataset has none"};
 }
 
@@ -136,7 +136,8 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
     if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
     if (name->kind != DataKind::hybrid) return success();
     scene.hybrids.back() = hybrid(*name, layer.step);
-    return inked ? success() : checkRepresentation(*layer.hybrid(), *scene.hybrids.back());
+    return inked ? success()
+                 : checkRepresentation(hybridStyleOf(*layer.hybrid()).representation, *scene.hybrids.back());
 }
 
 namespace {

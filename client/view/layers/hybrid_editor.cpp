@@ -95,9 +95,7 @@ void readClip(const proto::HybridStyle& message, const HybridStyle& style, Hybri
 
 /// With what is left out.
 proto::HybridStyle shownOf(const proto::HybridStyle& said) {
-    auto shown = resolved(said).value();
-    *shown.mutable_light() = toProto(parseHybridStyle(said)->light);
-    return shown;
+    return parseHybridStyle(said).value();
 }
 
 constexpr const char* bestName = "best";  // for the empty name
@@ -310,7 +308,7 @@ void HybridControls::write(proto::HybridStyle& style) const {
 }
 
 void HybridControls::read(const proto::HybridStyle& message) {
-    const auto style = parseHybridStyle(message).value();
+    const auto style = hybridStyleOf(parseHybridStyle(message).value());
     readCurve(message, curve);
     loaded_ = true;
     ownCurve_ = !message.curve().empty();

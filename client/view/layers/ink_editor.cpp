@@ -11,6 +11,7 @@
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
 #include "protocol/scene/ink_style.h"
+#include "protocol/scene/srgb.h"
 
 namespace mote::client {
 namespace {
@@ -30,7 +31,8 @@ void InkEditor::drawFacts(const LayerPanel& panel) {
 }
 
 void InkEditor::draw(const LayerPanel& panel) {
-    const auto shown = resolvedInk(style).value();
+    const auto& paper = panel.background;
+    const auto shown = parseInkStyle(style, srgbToLinear(glm::dvec3(paper[0], paper[1], paper[2]))).value();
     std::set<std::string_view> drawn;
     const auto drawThese = [&](const char* title, const std::set<std::string_view>& names) {
         drawn.insert(names.begin(), names.end());

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Styles that are their messages (style_kinds.h): written and shown to visitors by what the schema says of
+// Styles that are their messages: written and shown to visitors by what the schema says of
 // their fields.
 #include <fmt/format.h>
 
 #include <string>
 
+#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/mix.h"
-#include "protocol/scene/style_kinds.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
@@ -28,6 +28,22 @@ const FieldDescriptor& styleField(const Message& style) {
     return *kinds.field(0);
 }
 
+using Numbers = google::protobuf::RepeatedField<double>;
+
+Numbers numbersOf(const Message& message, const FieldDescriptor& field) {
+    const auto& reflection = *message.GetReflection();
+    Numbers numbers;
+    for (int i = 0; i < reflection.FieldSize(message, &field); ++i)
+        numbers.Add(reflection.GetRepeatedDouble(message, &field, i));
+    return numbers;
+}
+
+void setNumbers(Message& message, const FieldDescriptor& field, const Numbers& numbers) {
+    const auto& reflection = *message.GetReflection();
+    reflection.ClearField(&message, &field);
+    for (const double number : numbers) reflection.AddDouble(&message, &field, number);
+}
+
 /// A field of a message beside the same field of another.
 class FieldPair {
   public:
@@ -36,7 +52,7 @@ class FieldPair {
 
     void show(const std::string& path, FieldVisitor& visitor) {
         const auto type = field_.cpp_type();
-        if (type == FieldDescriptor::CPPTYPE_MESSAGE) return showMessage(path, visitor);
+        if (type == FieldDescriptor::CPPTYPE_MESSAGE) return showMessages(path, visitor);
         if (type != FieldDescriptor::CPPTYPE_DOUBLE) return visitor.word(sameWord());
         if (field_.is_repeated()) return showNumbers(visitor);
         if (factsOf(field_).as() == Facts::LENGTH) return showLength(path, visitor);
@@ -48,8 +64,6 @@ class FieldPair {
     }
 
   private:
-    using Numbers = google::protobuf::RepeatedField<double>;
-
     bool has(const Message& message) const { return reflection_.HasField(message, &field_); }
     double numberOf(const Message& message) const { return reflection_.GetDouble(message, &field_); }
 
@@ -67,28 +81,61 @@ class FieldPair {
         if (length.said()) reflection_.SetDouble(&value_, &field_, length.value());
     }
 
-    Numbers numbersOf(const Message& message) const {
-        Numbers numbers;
-        for (int i = 0; i < reflection_.FieldSize(message, &field_); ++i)
-            numbers.Add(reflection_.GetRepeatedDouble(message, &field_, i));
-        return numbers;
-    }
-
-    /// A colour or a direction; of both there are three numbers, or none.
+    /// A colour, a direction, or others; of both there are as many numbers, or none.
     void showNumbers(FieldVisitor& visitor) {
-        const Numbers from = numbersOf(value_), to = numbersOf(other_);
+        const Numbers from = numbersOf(value_, field_), to = numbersOf(other_, field_);
         if (from.empty() != to.empty()) return visitor.word(false);
         if (from.empty()) return;
         visitor.between([&](double share) {
             Numbers mixed;
             if (factsOf(field_).as() == Facts::COLOR)
                 writeColor(mix(readColor(from), readColor(to), share), &mixed);
-            else
+            else if (factsOf(field_).as() == Facts::DIRECTION || factsOf(field_).as() == Facts::NORMAL)
                 writeVector(mixDirections(readVector(from), readVector(to), share), &mixed);
-            for (int i = 0; i < mixed.size(); ++i)
-                reflection_.SetRepeatedDouble(&value_, &field_, i, mixed[i]);
+            else
+                for (int i = 0; i < from.size(); ++i) mixed.Add(mix(from[i], to[i], share));
+            setNumbers(value_, field_, mixed);
         });
     }
+
+    ColoredCurve curveOf(const Message& message) const {
+        std::vector<Curve::Knot> knots;
+        std::vector<glm::dvec3> colors;
+        for (int i = 0; i < reflection_.FieldSize(message, &field_); ++i) {
+            const Message& knot = reflection_.GetRepeatedMessage(message, &field_, i);
+            const auto& parts = *knot.GetReflection();
+            const auto& type = *knot.GetDescriptor();
+            knots.push_back({parts.GetDouble(knot, type.field(0)), parts.GetDouble(knot, type.field(1))});
+            if (type.field_count() < 3) continue;
+            const Numbers color = numbersOf(knot, *type.field(2));
+            if (!color.empty()) colors.push_back(readColor(color));
+        }
+        return {Curve::create(std::move(knots), -Curve::largest, Curve::largest).value(), std::move(colors)};
+    }
+
+    void setCurve(const ColoredCurve& curve) {
+        reflection_.ClearField(&value_, &field_);
+        for (std::size_t i = 0; i < curve.curve.knots().size(); ++i) {
+            Message& knot = *reflection_.AddMessage(&value_, &field_);
+            const auto& parts = *knot.GetReflection();
+            const auto& type = *knot.GetDescriptor();
+            parts.SetDouble(&knot, type.field(0), curve.curve.knots()[i].x);
+            parts.SetDouble(&knot, type.field(1), curve.curve.knots()[i].y);
+            if (curve.colors.empty()) continue;
+            Numbers color;
+            writeColor(curve.colors[i], &color);
+            setNumbers(knot, *type.field(2), color);
+        }
+    }
+
+    /// Knots, one of which at least is said.
+    void showCurve(FieldVisitor& visitor) {
+        const auto from = curveOf(value_), to = curveOf(other_);
+        if (!canMix(from, to)) return visitor.word(from == to);
+        visitor.between([&](double share) { setCurve(mixCurves(from, to, share)); });
+    }
+
+    void showMessages(const std::string& path, FieldVisitor& visitor);
 
     void showMessage(const std::string& path, FieldVisitor& visitor);
 
@@ -106,6 +153,19 @@ void showFields(Message& value, const Message& other, const std::string& path, F
     }
 }
 
+void FieldPair::showMessages(const std::string& path, FieldVisitor& visitor) {
+    if (!field_.is_repeated()) return showMessage(path, visitor);
+    const int count = reflection_.FieldSize(value_, &field_);
+    const int others = reflection_.FieldSize(other_, &field_);
+    const bool knots = factsOf(field_).as() == Facts::KNOTS;
+    if (&value_ == &other_) return;  // there is nothing in between, and no length within
+    if (knots ? (count == 0) != (others == 0) : count != others) return visitor.word(false);
+    if (knots && count > 0) return showCurve(visitor);
+    for (int i = 0; !knots && i < count; ++i)
+        showFields(*reflection_.MutableRepeatedMessage(&value_, &field_, i),
+                   reflection_.GetRepeatedMessage(other_, &field_, i), path, visitor);
+}
+
 void FieldPair::showMessage(const std::string& path, FieldVisitor& visitor) {
     if (has(value_) != has(other_)) return visitor.word(false);
     if (!has(value_)) return;
@@ -115,7 +175,7 @@ void FieldPair::showMessage(const std::string& path, FieldVisitor& visitor) {
 
 }  // namespace
 
-void writeStyle(const Message& style, const glm::dvec3&, proto::Layer& layer) {
+void writeStyle(const Message& style, proto::Layer& layer) {
     layer.GetReflection()->MutableMessage(&layer, &styleField(style))->CopyFrom(style);
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/scene/fit_layers.h"
+#include "protocol/scene/view_message.h"
 
 namespace mote {
 namespace {

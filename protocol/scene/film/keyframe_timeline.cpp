@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "protocol/scene/film/check_script.h"
-#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/mix.h"
 #include "protocol/scene/view_message.h"
 

@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "protocol/scene/ink_style.h"
@@ -64,7 +65,7 @@ class PictureMotion {
 };
 
 struct InkMemory {
-    InkStyle style;  ///< a drawing in another style begins anew
+    std::optional<InkStyle> style;  ///< a drawing in another one begins anew
     InkCamera camera;
     double extent = 1.0;               ///< Modalities::extent
     Raster<float> depth;               ///< Modalities::depth

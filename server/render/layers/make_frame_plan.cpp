@@ -97,16 +97,16 @@ struct LayerLowering {
 
     const Layer& layer() const { return scene.view.layers[index]; }
     void operator()(const ParticlesStyle& style) const { lowerParticles(scene, index, style, out); }
-    void operator()(const HybridStyle& style) const {
+    void operator()(const proto::HybridStyle& style) const {
         MOTE_CHECK(index < scene.hybrids.size());
-        lowerHybrid(layer(), index, style, scene.hybrids[index], out);
+        lowerHybrid(layer(), index, hybridStyleOf(style), scene.hybrids[index], out);
     }
     void operator()(const StippleStyle&) const {}
-    void operator()(const InkStyle& style) const {
+    void operator()(const proto::InkStyle& message) const {
         InkMemory* const memory = index < scene.inks.size() ? scene.inks[index].get() : nullptr;
-        out.last.emplace_back([&layer = layer(), &style, data = inkDataOf(scene, index), memory, &out = out] {
-            lowerInk(layer, style, data, memory, out);
-        });
+        out.last.emplace_back([&layer = layer(), style = inkStyleOf(message, layer().inkIsDark),
+                               data = inkDataOf(scene, index), memory,
+                               &out = out] { lowerInk(layer, style, data, memory, out); });
     }
     void operator()(const MeshStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());

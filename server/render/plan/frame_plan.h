@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "protocol/scene/camera.h"
-#include "protocol/scene/near_share.h"
 #include "protocol/scene/view.h"
 #include "server/render/plan/depth_sections.h"
 #include "server/render/plan/dot.h"

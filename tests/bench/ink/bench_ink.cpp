@@ -95,7 +95,7 @@ InkCamera inkCamera(const FramePlan& plan, const Layer& layer) {
 }
 
 Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan) {
-    const InkStyle& style = *layer.ink();
+    const auto style = inkStyleOf(*layer.ink(), layer.inkIsDark);
     const auto begun = Clock::now();
     Watch watch;
     Made made;
@@ -231,7 +231,7 @@ void tryTones(const Made& made, const FramePlan& plan, const InkStyle& style) {
 
 /// The camera turns around its target.
 void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, double degrees, int frames) {
-    const InkStyle& style = *layer.ink();
+    const auto style = inkStyleOf(*layer.ink(), layer.inkIsDark);
     InkStyle all = style;
     all.silhouettes.mode = SilhouetteMode::all;
     all.hatch.strength = 0.0;
@@ -298,7 +298,7 @@ int run(int count, char** arguments) {
     Made made;
     for (int i = 0; i < times; ++i) made = draw(surface, view.layers[0], plan);
     if (lines) tryLines(surface, made, plan);
-    if (tones) tryTones(made, plan, *view.layers[0].ink());
+    if (tones) tryTones(made, plan, inkStyleOf(*view.layers[0].ink(), view.layers[0].inkIsDark));
     if (frames > 1) tryFilm(surface, view.layers[0], plan, degrees, frames);
     return 0;
 }

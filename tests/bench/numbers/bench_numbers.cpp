@@ -11,7 +11,7 @@
 #include <functional>
 #include <glm/gtc/constants.hpp>
 
-#include "protocol/scene/fit_layers.h"
+#include "protocol/scene/view_message.h"
 #include "server/numbers/nearest_point.h"
 #include "storage/manifest.h"
 #include "storage/numbers/column_pieces.h"

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "protocol/scene/fit_layers.h"
+#include "protocol/scene/view_message.h"
 #include "server/figures/box_edges.h"
 #include "server/figures/projection.h"
 #include "server/figures/quad.h"

@@ -77,7 +77,7 @@ class HybridWaiting : public testing::Test {
         task->moving = moving;
         task->view.width = 8;
         task->view.height = 8;
-        task->view.layers.push_back({.dataset = "data/volume", .style = HybridStyle{}});
+        task->view.layers.push_back({.dataset = "data/volume", .style = *parseHybridStyle({})});
         return maker_.make({.session = 1, .task = task, .stage = stage, .stop = {}}, history_);
     }
 

@@ -110,7 +110,7 @@ class PausedPicture : public testing::Test {
         task->finalOnly = true;
         task->view.width = width;
         task->view.height = 8;
-        task->view.layers.push_back({.dataset = "data/volume", .style = HybridStyle{}});
+        task->view.layers.push_back({.dataset = "data/volume", .style = *parseHybridStyle({})});
         return task;
     }
     RenderJob jobOf(std::shared_ptr<const ViewTask> task, bool paused, Stage stage = Stage::exact) const {
@@ -233,7 +233,7 @@ TEST_F(PausedPicture, GivesWayNoMoreWhereThereIsNoRoomToKeepIt) {
 
 TEST_F(PausedPicture, IsPlannedInTurnsWhereThatTakesLongAndThereIsRoom) {
     const auto inked = std::make_shared<ViewTask>(*taskOf(16));
-    inked->view.layers[0].style = InkStyle{};
+    inked->view.layers[0].style = *parseInkStyle({}, glm::dvec3(0.0));
     const auto job = jobOf(inked, true);
     EXPECT_TRUE(isPlannedInTurns(job));
     EXPECT_FALSE(isPlannedInTurns(jobOf(inked, true, Stage::quick)));

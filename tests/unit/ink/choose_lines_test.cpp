@@ -13,6 +13,7 @@
 #include "server/render/ink/tone_grid.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_cover.h"
+#include "tests/unit/ink/ink_views.h"
 
 namespace mote::render {
 namespace {
@@ -104,7 +105,8 @@ TEST(ChooseLines, AdjustedMeetsTheTarget) {
     for (const double tone : {0.1, 0.25, 0.45}) {
         const auto lines = manyLines(random, 900, 1.0);
         const Target target(tone);
-        SilhouetteStyle style{.mode = SilhouetteMode::all};
+        auto style = test::usualInk().silhouettes;
+        style.mode = SilhouetteMode::all;
         const double all = errorOf(target.chosen(lines, style).lines, tone);
         style.mode = SilhouetteMode::adjusted;
         const double adjusted = errorOf(target.chosen(lines, style).lines, tone);
@@ -116,7 +118,7 @@ TEST(ChooseLines, AdjustedMeetsTheTarget) {
 TEST(ChooseLines, WhereLinesAreNotTooDarkAllAreDrawn) {
     test::Random random(9);
     const auto lines = manyLines(random, 30, 1.0);
-    EXPECT_EQ(waysOf(Target(0.8).chosen(lines, {}).lines), waysOf(lines));
+    EXPECT_EQ(waysOf(Target(0.8).chosen(lines, test::usualInk().silhouettes).lines), waysOf(lines));
 }
 
 TEST(ChooseLines, ImportantDrawsThoseAboveAndNoneNothing) {
@@ -138,7 +140,9 @@ TEST(ChooseLines, ImportantDrawsThoseAboveAndNoneNothing) {
         }
     }
     const Target target(0.05);
-    SilhouetteStyle style{.mode = SilhouetteMode::important, .importance = threshold};
+    auto style = test::usualInk().silhouettes;
+    style.mode = SilhouetteMode::important;
+    style.importance = threshold;
     const auto important = waysOf(target.chosen(lines, style).lines);
     EXPECT_EQ(important, waysOf(above));
     EXPECT_LT(important.size(), waysOf(lines).size());
@@ -157,9 +161,9 @@ TEST(ChooseLines, TheOrderOfLinesDoesNotMatter) {
     test::Random random(11);
     auto lines = manyLines(random, 300, 1.0);
     const Target target(0.2);
-    const auto before = waysOf(target.chosen(lines, {}).lines);
+    const auto before = waysOf(target.chosen(lines, test::usualInk().silhouettes).lines);
     for (std::size_t i = lines.size() - 1; i > 0; --i) std::swap(lines[i], lines[random.below(i + 1)]);
-    EXPECT_EQ(waysOf(target.chosen(lines, {}).lines), before);
+    EXPECT_EQ(waysOf(target.chosen(lines, test::usualInk().silhouettes).lines), before);
     EXPECT_LT(before.size(), waysOf(lines).size());
 }
 
@@ -167,7 +171,7 @@ TEST(ChooseLines, DensityIsThatOfWhatIsDrawn) {
     test::Random random(12);
     const auto lines = manyLines(random, 300, 1.0);
     const Target target(0.2);
-    const auto chosen = target.chosen(lines, {});
+    const auto chosen = target.chosen(lines, test::usualInk().silhouettes);
     const auto again = densityOf(chosen.lines, target.cells, lineWidth);
     double most = 0.0;
     // What is blurred beyond a side comes back in one of them.
@@ -189,7 +193,10 @@ TEST(ChooseLines, ExtremesDoNoHarm) {
         for (const float tone : {0.0F, 1.0F, std::nanf("")}) {
             const ToneGrid grid(cells.columns, cells.rows, tone);
             for (const double width : {0.1, 64.0})
-                EXPECT_LE(chooseLines(lines, {}, {cells, grid, width, 2.0 * size}, {}).lines.size(), 500U);
+                EXPECT_LE(
+                    chooseLines(lines, test::usualInk().silhouettes, {cells, grid, width, 2.0 * size}, {})
+                        .lines.size(),
+                    500U);
         }
     }
 }

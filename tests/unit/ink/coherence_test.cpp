@@ -52,7 +52,7 @@ Camera turned(double degrees) {
 }
 
 InkStyle styleOf(double hatches) {
-    InkStyle style;
+    auto style = test::usualInk();
     style.hatch.strength = hatches;
     style.coherent = true;
     return style;
@@ -60,7 +60,7 @@ InkStyle styleOf(double hatches) {
 
 Strokes drawn(const InkData& surface, const InkStyle& style, const Camera& camera, InkMemory* memory,
               const glm::dmat4& transform = glm::dmat4(1.0)) {
-    const Layer layer{.dataset = "data/a", .transform = transform, .style = style};
+    const Layer layer{.dataset = "data/a", .transform = transform, .style = proto::InkStyle()};
     return inkOf(layer, style, surface, test::planOf(camera, side, side), 1.0, {}, memory).strokes;
 }
 
@@ -138,7 +138,7 @@ TEST(Coherence, AnyMemoryServesAnyPicture) {
             auto style = styleOf(random.oneOf({0.0, 1.0}));
             const auto width = static_cast<std::uint32_t>(random.between(1.0, 60.0)),
                        height = static_cast<std::uint32_t>(random.between(1.0, 60.0));
-            const Layer layer{.dataset = "data/a", .style = style};
+            const Layer layer{.dataset = "data/a", .style = proto::InkStyle()};
             const auto plan = test::planOf(camera, width, height);
             for (const auto& point : inkOf(layer, style, surface, plan, 1.0, {}, &memory).strokes.points) {
                 EXPECT_TRUE(std::isfinite(point.x) && std::isfinite(point.y));
@@ -167,7 +167,7 @@ TEST(Coherence, WhatIsStoppedIsNotRemembered) {
     test::Random random(10);
     const auto surface = leaves(random);
     const auto style = styleOf(1.0);
-    const Layer layer{.dataset = "data/a", .style = style};
+    const Layer layer{.dataset = "data/a", .style = proto::InkStyle()};
     const auto draw = [&](const std::stop_token& stop, InkMemory& memory) {
         inkOf(layer, style, surface, test::planOf(turned(0.0), side, side), 1.0, stop, &memory);
     };

@@ -45,7 +45,7 @@ FramePlan lowered(const InkData& data, const InkStyle& style, const Look& look) 
                  .pixels = look.pixels,
                  .slabs = 192,
                  .stop = look.stop};
-    const Layer layer{.dataset = "data/a", .transform = look.transform, .style = style};
+    const Layer layer{.dataset = "data/a", .transform = look.transform, .style = proto::InkStyle()};
     lowerInk(layer, style, data, nullptr, out);
     return plan;
 }
@@ -62,7 +62,7 @@ TEST(InkDrawing, EveryShowIsAPictureOfTheSize) {
     for (const auto form : test::meshForms()) {
         const auto surface = surfaceOf(form, 0);
         for (const auto show : shows) {
-            InkStyle style;
+            auto style = test::usualInk();
             style.show = show;
             const auto plan = lowered(surface, style, fitted(*surface));
             if (show == InkPicture::drawing) {
@@ -99,7 +99,7 @@ TEST(InkDrawing, ARequestToStopIsHeard) {
     look.width = look.height = 512;
     look.stop = source.get_token();
     for (const auto show : shows) {
-        InkStyle style;
+        auto style = test::usualInk();
         style.show = show;
         const auto plan = lowered(surface, style, look);
         EXPECT_TRUE(plan.strokes.empty() && plan.fragments.empty());
@@ -109,7 +109,7 @@ TEST(InkDrawing, ARequestToStopIsHeard) {
 TEST(InkDrawing, ThreadsChangeNothing) {
     for (const auto form : test::meshForms()) {
         const auto surface = surfaceOf(form, 0);
-        InkStyle style;
+        auto style = test::usualInk();
         style.waver = 1.0;
         style.taper = true;
         style.solid.strength = 0.7;
@@ -129,7 +129,7 @@ TEST(InkDrawing, ThreadsChangeNothing) {
 /// The paper's tone where a ball is drawn is that of its shading, blurred.
 TEST(InkDrawing, IsAsDarkAsWhatItShows) {
     const auto surface = surfaceOf("sphere", 0);
-    InkStyle style;
+    auto style = test::usualInk();
     style.hatch.spacing = 6.0;
     auto look = fitted(*surface);
     look.width = 256;
@@ -163,7 +163,7 @@ InkStyle anyStyle(test::Random& random) {
     const auto number = [&](double least, double most) {
         return random.oneOf({least, most, random.between(least, most), least + 0.02 * (most - least)});
     };
-    InkStyle style;
+    auto style = test::usualInk();
     style.silhouettes.mode =
         random.oneOf({SilhouetteMode::none, SilhouetteMode::all, SilhouetteMode::important,
                       SilhouetteMode::adjusted, SilhouetteMode::adjusted});
@@ -171,7 +171,10 @@ InkStyle anyStyle(test::Random& random) {
     style.silhouettes.width = number(0.1, 64.0);
     style.silhouettes.crease = number(0.0, 180.0);
     style.silhouettes.omit = random.chance(0.5);
-    style.hatch = {.strength = number(0.0, 1.0), .spacing = number(1.0, 256.0), .width = number(0.1, 64.0)};
+    style.hatch = {.strength = number(0.0, 1.0),
+                   .spacing = number(1.0, 256.0),
+                   .width = number(0.1, 64.0),
+                   .segments = style.hatch.segments};
     if (random.chance(0.5)) style.solid = {.strength = number(0.0, 1.0), .complexity = number(0.0, 1.0)};
     style.reading = number(1.0, 256.0);
     style.light.ambient = number(0.0, 1.0);

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "protocol/scene/ink_style.h"
 #include "server/render/plan/frame_plan.h"
 #include "tests/support/random.h"
 
@@ -37,6 +38,11 @@ inline Camera anyCamera(Random& random, const Bounds& world) {
     else
         camera.fovYDegrees = away > 10.0 * size ? 0.8 : random.between(10.0, 100.0);
     return camera;
+}
+
+/// As a view has it that says nothing, on light paper.
+inline InkStyle usualInk() {
+    return inkStyleOf(parseInkStyle({}, glm::dvec3(1.0)).value());
 }
 
 inline render::FramePlan planOf(const Camera& camera, std::uint32_t width, std::uint32_t height) {

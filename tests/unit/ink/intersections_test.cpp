@@ -105,7 +105,7 @@ void holdCircle(const Spheres& spheres, const MeshSurface& surface, const Camera
                 CountedPlaces& total) {
     const auto plan = test::planOf(camera, viewWidth, viewHeight);
     const LineView view(plan, glm::dmat4(1.0));
-    const auto pictures = modalitiesOf(surface, glm::dmat4(1.0), {}, plan, {});
+    const auto pictures = modalitiesOf(surface, glm::dmat4(1.0), test::usualInk(), plan, {});
     const auto edges = linesOf(surface, view, creaseFrom, {});
     const auto pieces = visible(surface, view, edges,
                                 {.sampling = 0.35,
@@ -183,7 +183,7 @@ TEST(Intersections, AreDrawnWhereCreasesAre) {
     for (const auto& line : linesOf(*surface, view, noCreases, {}))
         EXPECT_FALSE(isIntersection(*surface, line));
     plan.exact = false;
-    const auto pictures = modalitiesOf(*surface, glm::dmat4(1.0), {}, plan, {});
+    const auto pictures = modalitiesOf(*surface, glm::dmat4(1.0), test::usualInk(), plan, {});
     auto lines = linesOf(*surface, view, creaseFrom, {});
     std::erase_if(lines, [&](const EdgeLine& line) { return !isIntersection(*surface, line); });
     double length = 0.0;

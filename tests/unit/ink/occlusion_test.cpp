@@ -44,7 +44,7 @@ Raster<float> greyOf(const MeshSurface& surface, double height, double occlusion
     camera.target = glm::dvec3(0.0);
     camera.up = {0.0, 1.0, 0.0};
     camera.orthographicHeight = height;
-    InkStyle style;
+    auto style = test::usualInk();
     style.light.ambient = 1.0;
     style.light.diffuse = 0.0;
     style.occlusion = occlusion;

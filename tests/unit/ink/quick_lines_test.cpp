@@ -28,10 +28,10 @@ Seen seenOf(const MeshSurface& surface, const Camera& camera) {
     auto plan = test::planOf(camera, quickSide, quickSide);
     const LineView view(plan, glm::dmat4(1.0));
     const auto edges = linesOf(surface, view, 60.0, {});
-    const auto still = modalitiesOf(surface, glm::dmat4(1.0), InkStyle(), plan, {});
+    const auto still = modalitiesOf(surface, glm::dmat4(1.0), test::usualInk(), plan, {});
     const auto pieces = visible(surface, view, edges, {.sampling = 0.35}, {});
     plan.exact = false;
-    auto moving = modalitiesOf(surface, glm::dmat4(1.0), InkStyle(), plan, {});
+    auto moving = modalitiesOf(surface, glm::dmat4(1.0), test::usualInk(), plan, {});
     Seen seen{std::move(moving.modalities), {}, {}};
     seen.quick = quickLines(surface, view, edges, seen.modalities, {});
     seen.exact = chained(surface, view, pieces, still.modalities.extent, {});
@@ -82,7 +82,8 @@ TEST(QuickLines, ACrowdIsThinnedOutToTheTone) {
     const ToneCells cells(quickSide, quickSide, 6.0);
     for (const float tone : {0.1F, 0.3F, 0.5F}) {
         const ToneGrid target(cells.columns, cells.rows, tone);
-        const auto chosen = chooseLines(lines, {}, {cells, target, 1.0, 12.0, true}, {});
+        const auto chosen =
+            chooseLines(lines, test::usualInk().silhouettes, {cells, target, 1.0, 12.0, true}, {});
         EXPECT_EQ(chosen.lines.size() + chosen.left.size(), lines.size());
         double mean = 0.0, count = 0.0;
         for (std::uint32_t row = cells.rows / 4; row < 3 * cells.rows / 4; ++row) {
@@ -102,7 +103,8 @@ TEST(QuickLines, LinesThatAreDrawnStayAsItGrowsDarker) {
     for (const float tone : {0.05F, 0.1F, 0.2F}) {
         const ToneGrid target(cells.columns, cells.rows, tone);
         std::set<std::pair<double, double>> drawn;
-        for (const auto& line : chooseLines(lines, {}, {cells, target, 1.0, 12.0, true}, {}).lines)
+        for (const auto& line :
+             chooseLines(lines, test::usualInk().silhouettes, {cells, target, 1.0, 12.0, true}, {}).lines)
             drawn.emplace(line.points[0].at.x, line.points[0].at.y);
         EXPECT_TRUE(std::includes(drawn.begin(), drawn.end(), before.begin(), before.end()));
         EXPECT_GT(drawn.size(), before.size());

@@ -15,6 +15,7 @@
 #include "server/render/ink/segments_graph.h"
 #include "server/render/ink/show.h"
 #include "tests/support/random.h"
+#include "tests/unit/ink/ink_views.h"
 #include "tests/unit/ink/part_scenes.h"
 
 namespace mote::render {
@@ -64,7 +65,7 @@ TEST(Segmentations, FindThePartsOfScenes) {
         for (const auto method : ways) {
             const double least = method == Segmentation::growing ? 0.8 : 0.9;
             EXPECT_GE(agreement(segmentsOf(seen.modalities, by(method), {}), seen), least)
-                << toString(method) << ' ' << number;
+                << static_cast<int>(method) << ' ' << number;
         }
         EXPECT_LE(agreement(squares(seen.modalities), seen), 0.25) << number;
     }
@@ -76,7 +77,7 @@ TEST(Segmentations, OnlyTextureTakesRoughSurfacesForOne) {
     EXPECT_GE(texture, 0.85);
     for (const auto method : {Segmentation::growing, Segmentation::graph, Segmentation::cut})
         EXPECT_LE(agreement(segmentsOf(seen.modalities, by(method), {}), seen), texture - 0.05)
-            << toString(method);
+            << static_cast<int>(method);
 }
 
 TEST(Segmentations, AreTheSameOnAnyNumberOfThreads) {
@@ -85,7 +86,7 @@ TEST(Segmentations, AreTheSameOnAnyNumberOfThreads) {
         tbb::task_arena one(1), two(2);
         const auto a = one.execute([&] { return segmentsOf(modalities, by(method), {}); });
         const auto b = two.execute([&] { return segmentsOf(modalities, by(method), {}); });
-        EXPECT_EQ(a.label, b.label) << toString(method);
+        EXPECT_EQ(a.label, b.label) << static_cast<int>(method);
         EXPECT_EQ(a.count, b.count);
     }
 }
@@ -118,14 +119,16 @@ TEST(Segmentations, TakeNumbersThatAreNone) {
 TEST(Segmentations, AreWhatADrawingAsksFor) {
     const InkScene seen{scene(1, 120, 90, test::Relief::smooth).modalities, {}, {}};
     for (const auto method : ways) {
-        InkStyle style;
+        auto style = test::usualInk();
         style.show = InkPicture::segments;
         style.hatch.segments = method;
         const auto segments = segmentsOf(seen.modalities, by(method), {});
-        EXPECT_EQ(drawInk(seen, style, 1.0, {}).shown, labelPicture(segments.label)) << toString(method);
+        EXPECT_EQ(drawInk(seen, style, 1.0, {}).shown, labelPicture(segments.label))
+            << static_cast<int>(method);
         for (const auto other : ways) {
             if (other == method) continue;
-            EXPECT_NE(segments.label, segmentsOf(seen.modalities, by(other), {}).label) << toString(other);
+            EXPECT_NE(segments.label, segmentsOf(seen.modalities, by(other), {}).label)
+                << static_cast<int>(other);
         }
     }
 }

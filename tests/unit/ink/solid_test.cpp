@@ -13,6 +13,7 @@
 #include "server/render/ink/drawing.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_cover.h"
+#include "tests/unit/ink/ink_views.h"
 
 namespace mote::render {
 namespace {
@@ -237,7 +238,7 @@ TEST(SolidDrawing, DrawsNothingTwice) {
     test::Random random(5);
     const auto scene = crowdedScene(random);
     for (const double strength : {0.3, 0.5, 0.8}) {
-        InkStyle style;
+        auto style = test::usualInk();
         style.solid.strength = strength;
         auto lines = drawInk(scene, style, 1.0, {}).strokes;
         auto areas = lines;
@@ -265,7 +266,7 @@ TEST(SolidDrawing, DrawsNothingTwice) {
 TEST(SolidDrawing, LeavesTheRestAsItIs) {
     test::Random random(6);
     const auto scene = crowdedScene(random);
-    InkStyle style;
+    auto style = test::usualInk();
     const auto without = test::coverOf(drawInk(scene, style, 1.0, {}).strokes, solidSide, solidSide);
     style.solid.strength = 0.5;
     const auto with = test::coverOf(drawInk(scene, style, 1.0, {}).strokes, solidSide, solidSide);

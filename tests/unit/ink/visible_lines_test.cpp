@@ -142,7 +142,7 @@ using EdgeKey = std::pair<std::array<std::uint32_t, 2>, std::array<std::uint32_t
 void compare(const MeshSurface& surface, const FramePlan& plan, const glm::dmat4& transform, bool likely,
              Agreement& total) {
     const LineView view(plan, transform);
-    const auto pictures = modalitiesOf(surface, transform, {}, plan, {});
+    const auto pictures = modalitiesOf(surface, transform, test::usualInk(), plan, {});
     const HiderSearch search{.sampling = 0.5,
                              .likely = likely ? &pictures.triangle : nullptr,
                              .farthest = likely ? &pictures.farthest : nullptr};

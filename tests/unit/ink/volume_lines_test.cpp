@@ -19,7 +19,7 @@ constexpr std::uint32_t volumeSide = 100;
 constexpr double pixel = 0.02;  // units
 
 VolumeModalities seen(const InkVolume& volume) {
-    return modalitiesOf(volume, glm::dmat4(1.0), {},
+    return modalitiesOf(volume, glm::dmat4(1.0), test::usualInk(),
                         test::planOf(test::ahead(volumeSide * pixel), volumeSide, volumeSide), {});
 }
 

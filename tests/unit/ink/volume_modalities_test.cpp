@@ -19,7 +19,7 @@ namespace {
 const glm::dmat4 unmoved(1.0);
 
 InkStyle styleOf(double ambient, double diffuse) {
-    InkStyle style;
+    auto style = test::usualInk();
     style.light = {
         .direction = glm::normalize(glm::dvec3(-0.4, 0.6, 0.7)), .ambient = ambient, .diffuse = diffuse};
     return style;
@@ -82,7 +82,8 @@ TEST(VolumeModalities, OfABallAreThoseOfItsSurface) {
 
 TEST(VolumeModalities, AreWithinWhatCanBeSeen) {
     const auto seen =
-        modalitiesOf(test::ball(64, 0.3), unmoved, {}, test::planOf(test::ahead(2.0), 8, 8), {}).modalities;
+        modalitiesOf(test::ball(64, 0.3), unmoved, test::usualInk(), test::planOf(test::ahead(2.0), 8, 8), {})
+            .modalities;
     EXPECT_GT(seen.extent, 0.6);
     EXPECT_LT(seen.extent, 1.4) << "blocks of 8 samples are a quarter of a unit";
 }
@@ -94,13 +95,13 @@ TEST(VolumeModalities, OfNothingArePaper) {
                                         [](const auto&) { return 0.5; });
     for (const auto& volume : {transparent, beyond}) {
         for (const bool dark : {true, false}) {
-            InkStyle style;
+            auto style = test::usualInk();
             style.inkIsDark = dark;
             const auto plan = test::planOf(test::ahead(2.0), 13, 7);
             const auto seen = modalitiesOf(volume, unmoved, style, plan, {}).modalities;
             EXPECT_EQ(seen.grey, Raster<float>(13, 7, dark ? 1.0F : 0.0F));
             EXPECT_EQ(seen.part, Raster<std::uint32_t>(13, 7, Modalities::nothing));
-            const Layer layer{.dataset = "data/a", .style = style};
+            const Layer layer{.dataset = "data/a", .style = proto::InkStyle()};
             EXPECT_TRUE(inkOf(layer, style, volume, plan, 1.0, {}).strokes.empty());
         }
     }
@@ -122,7 +123,7 @@ TEST(VolumeModalities, HaveSomethingToSayOfAnyField) {
         const auto transform = test::anyTransform(random);
         const auto camera = test::anyCamera(random, Bounds(plotBounds).transformed(transform));
         const auto plan = test::planOf(camera, 1 + random.below(20), 1 + random.below(20));
-        const auto seen = modalitiesOf(volume, transform, {}, plan, {}).modalities;
+        const auto seen = modalitiesOf(volume, transform, test::usualInk(), plan, {}).modalities;
         for (std::size_t k = 0; k < seen.grey.values.size(); ++k) {
             EXPECT_TRUE(seen.grey.values[k] >= 0.0F && seen.grey.values[k] <= 1.00001F);
             EXPECT_EQ(std::isfinite(seen.depth.values[k]), seen.part.values[k] == 0);
@@ -138,14 +139,14 @@ TEST(VolumeModalities, AreTheSameOnAnyNumberOfThreadsAndEndWhereTheyAreToStop) {
     const auto plan = test::planOf(test::ahead(2.5), 50, 40);
     tbb::task_arena one(1), more(4);
     VolumeModalities alone, together;
-    one.execute([&] { alone = modalitiesOf(volume, unmoved, {}, plan, {}); });
-    more.execute([&] { together = modalitiesOf(volume, unmoved, {}, plan, {}); });
+    one.execute([&] { alone = modalitiesOf(volume, unmoved, test::usualInk(), plan, {}); });
+    more.execute([&] { together = modalitiesOf(volume, unmoved, test::usualInk(), plan, {}); });
     EXPECT_EQ(alone.modalities.grey, together.modalities.grey);
     EXPECT_EQ(alone.modalities.angle, together.modalities.angle);
     EXPECT_EQ(alone.depth, together.depth);
     std::stop_source stop;
     stop.request_stop();
-    const auto stopped = modalitiesOf(volume, unmoved, {}, plan, stop.get_token());
+    const auto stopped = modalitiesOf(volume, unmoved, test::usualInk(), plan, stop.get_token());
     EXPECT_EQ(stopped.modalities.part, Raster<std::uint32_t>(50, 40, Modalities::nothing));
 }
 

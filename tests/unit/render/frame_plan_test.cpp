@@ -159,9 +159,9 @@ TEST(FramePlan, ALayerThatFadesIsThinned) {
 TEST(FramePlan, OfALayerOfWhichThereIsNothingNothingIsPlanned) {
     auto scene = beamScene(plain);
     scene.view.layers.resize(5, scene.view.layers[0]);
-    scene.view.layers[1].style = HybridStyle{};
+    scene.view.layers[1].style = *parseHybridStyle({});
     scene.view.layers[2].style = resolved(MeshStyle()).value();
-    scene.view.layers[3].style = InkStyle{};
+    scene.view.layers[3].style = *parseInkStyle({}, glm::dvec3(0.0));
     scene.view.layers[4].transform[3][2] = 100.0;
     for (std::size_t i = 1; i < 5; ++i) scene.view.layers[i].opacity = 0.0;
     scene.steps.resize(5);

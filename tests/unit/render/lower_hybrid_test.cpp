@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
@@ -20,11 +22,12 @@ std::shared_ptr<const GridField> machine(HybridRepresentation parts) {
 }
 
 CorrectedField fieldOf(const std::shared_ptr<const GridField>& grid, HybridRepresentation representation,
-                       double opacity = 1.0, PointShape shape = PointShape::square) {
-    HybridStyle style;
-    style.representation = representation;
-    style.pointOpacity = opacity;
-    style.pointShape = shape;
+                       double opacity = 1.0, const char* shape = "square") {
+    constexpr std::array words{"", "points", "residual", "volume"};
+    auto style = *parseHybridStyle({});
+    style.set_representation(words.at(static_cast<std::size_t>(representation)));
+    style.set_point_opacity(opacity);
+    style.set_point_shape(shape);
     View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};
     view.layers.push_back({.dataset = "data/a", .style = style});
     const Scene scene{.view = view, .steps = {nullptr}, .hybrids = {grid}};
@@ -53,15 +56,15 @@ TEST(LowerHybrid, AResidualKnowsNothingOfPoints) {
 
 TEST(LowerHybrid, ShapesAreAsSteepAsPictureSays) {
     const auto grid = machine(points);
-    EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::gaussian).steepness, 1.0);
-    EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::disc).steepness, 2.0);
-    EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::square).steepness, 8.0);
+    EXPECT_EQ(fieldOf(grid, points, 1.0, "gaussian").steepness, 1.0);
+    EXPECT_EQ(fieldOf(grid, points, 1.0, "disc").steepness, 2.0);
+    EXPECT_EQ(fieldOf(grid, points, 1.0, "square").steepness, 8.0);
 }
 
 TEST(LowerHybrid, ALayerThatFadesIsThinned) {
     const auto grid = machine(residual);
     View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};
-    view.layers.push_back({.dataset = "data/a", .style = HybridStyle()});
+    view.layers.push_back({.dataset = "data/a", .style = *parseHybridStyle({})});
     Scene scene{.view = view, .steps = {nullptr}, .hybrids = {grid}};
     const auto whole = makeFramePlan(scene, Quality::exact()).fields.at(0).transfer;
     scene.view.layers[0].opacity = 0.25;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/scene/film/legal_camera.h"
-#include "protocol/scene/mix_curve.h"
+#include "protocol/scene/mix.h"
 #include "protocol/scene/view_message.h"
 
 namespace mote::test {
@@ -67,9 +67,11 @@ void collect(const Message& message, Contents& out) {
 /// A layer's curves, one after the other.
 std::vector<ColoredCurve> curvesOf(const Layer& layer) {
     if (layer.particles()) return {{layer.particles()->volumeOpacity}, {layer.particles()->pointFraction}};
-    if (layer.hybrid() && layer.hybrid()->opacity)
-        return {{*layer.hybrid()->opacity, layer.hybrid()->colors}};
-    if (layer.ink() && layer.ink()->opacity) return {{*layer.ink()->opacity}};
+    if (layer.hybrid() && !layer.hybrid()->curve().empty()) {
+        const auto style = hybridStyleOf(*layer.hybrid());
+        return {{*style.opacity, style.colors}};
+    }
+    if (layer.ink() && !layer.ink()->curve().empty()) return {{*inkStyleOf(*layer.ink()).opacity}};
     return {};
 }
 
@@ -80,17 +82,24 @@ Layer withoutCurves(Layer layer) {
         particles->volumeOpacity = none;
         particles->pointFraction = linkedFraction(none);
     }
-    if (auto* const ink = std::get_if<InkStyle>(&layer.style); ink != nullptr && ink->opacity)
-        ink->opacity = none;
-    // Without a strength there is none.
-    if (auto* const ink = std::get_if<InkStyle>(&layer.style)) ink->solid = {.strength = 0.5};
-    auto* const hybrid = std::get_if<HybridStyle>(&layer.style);
-    if (hybrid == nullptr || !hybrid->opacity) return layer;
-    const auto& knots = hybrid->opacity->knots();
-    if (!hybrid->colorRange && hybrid->colors.empty() && knots.front().x < knots.back().x)
-        hybrid->colorRange = ValueRange{knots.front().x, knots.back().x};
-    hybrid->opacity = none;
-    if (!hybrid->colors.empty()) hybrid->colors.resize(1, glm::dvec3(0.0));
+    if (auto* const ink = std::get_if<proto::InkStyle>(&layer.style)) {
+        if (!ink->curve().empty()) ink->mutable_curve()->DeleteSubrange(1, ink->curve_size() - 1);
+        if (!ink->curve().empty()) *ink->mutable_curve(0) = {};
+        // Without a strength there is none.
+        ink->mutable_ink()->set_strength(0.5);
+        ink->mutable_ink()->set_complexity(0.3);
+    }
+    auto* const hybrid = std::get_if<proto::HybridStyle>(&layer.style);
+    if (hybrid == nullptr || hybrid->curve().empty()) return layer;
+    const double low = hybrid->curve(0).value(), high = hybrid->curve(hybrid->curve_size() - 1).value();
+    const bool colored = !hybrid->curve(0).color().empty();
+    if (hybrid->color_range().empty() && !colored && low < high) {
+        hybrid->add_color_range(low);
+        hybrid->add_color_range(high);
+    }
+    hybrid->clear_curve();
+    auto& knot = *hybrid->add_curve();
+    if (colored) knot.mutable_color()->Resize(3, 0.0);
     return layer;
 }
 
@@ -170,8 +179,10 @@ std::vector<Shown> shownBy(const View& view) {
         Contents contents;
         collect(toProto(alone).layers(0), contents);
         for (int i = 0; i < 16; ++i) contents.numbers.push_back(layer.transform[i / 4][i % 4]);
-        if (layer.ink())
-            contents.numbers.push_back(layer.ink()->solid.strength * layer.ink()->solid.complexity);
+        if (layer.ink()) {
+            const auto brush = inkStyleOf(*layer.ink()).solid;
+            contents.numbers.push_back(brush.strength * brush.complexity);
+        }
         all.push_back({layer.dataset + "#" + std::to_string(layer.step) + contents.words, layer.opacity,
                        contents.numbers, curvesOf(layer)});
     }

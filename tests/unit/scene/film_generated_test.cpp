@@ -8,7 +8,6 @@
 #include <string>
 
 #include "protocol/scene/json.h"
-#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
 #include "tests/unit/scene/film_difference.h"

@@ -200,10 +200,11 @@ TEST(FilmKeyframes, ColourRangesFollowTheirCurves) {
         "{'value': 20, 'opacity': 1}]}}"));
     const View view = viewAt(film, 0.25);
     ASSERT_EQ(view.layers.size(), 1U);
-    ASSERT_TRUE(view.layers[0].hybrid()->colorRange.has_value());
-    EXPECT_NEAR(view.layers[0].hybrid()->colorRange->low, 1.0, 1e-12);
-    EXPECT_NEAR(view.layers[0].hybrid()->colorRange->high, 11.0, 1e-12);
-    EXPECT_EQ(view.layers[0].hybrid()->opacity->knots().size(), 5U);
+    const auto& style = *view.layers[0].hybrid();
+    ASSERT_EQ(style.color_range_size(), 2);
+    EXPECT_NEAR(style.color_range(0), 1.0, 1e-12);
+    EXPECT_NEAR(style.color_range(1), 11.0, 1e-12);
+    EXPECT_EQ(style.curve_size(), 5);
 }
 
 TEST(FilmKeyframes, ClipsMove) {
@@ -214,7 +215,7 @@ TEST(FilmKeyframes, ClipsMove) {
                        "'clipBox': {'min': [1, 0, 0], 'max': [3, 1, 1]}}}"));
     const View view = viewAt(film, 0.5);
     ASSERT_EQ(view.layers.size(), 1U);
-    const HybridStyle& style = *view.layers[0].hybrid();
+    const auto style = hybridStyleOf(*view.layers[0].hybrid());
     EXPECT_NEAR(style.clipPlanes[0].normal.x, std::sqrt(0.5), 1e-12);
     EXPECT_NEAR(style.clipPlanes[0].normal.y, std::sqrt(0.5), 1e-12);
     EXPECT_NEAR(style.clipPlanes[0].distance, 1.5, 1e-12);

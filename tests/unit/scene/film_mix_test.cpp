@@ -13,7 +13,6 @@
 #include "protocol/scene/film/mix_transform.h"
 #include "protocol/scene/film/steps_between.h"
 #include "protocol/scene/mix.h"
-#include "protocol/scene/mix_curve.h"
 #include "tests/unit/scene/film_scripts.h"
 #include "tests/views/random_curves.h"
 

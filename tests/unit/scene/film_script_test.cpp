@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "protocol/scene/film/sized_script.h"
-#include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/view_message.h"
 #include "tests/unit/scene/film_scripts.h"
 
 namespace mote::test {

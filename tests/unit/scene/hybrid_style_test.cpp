@@ -19,46 +19,45 @@ proto::HybridStyle messageOf(const std::string& json) {
 }
 
 TEST(HybridStyle, DefaultsAreTheDocumentedOnes) {
-    const auto style = parseHybridStyle({});
-    ASSERT_TRUE(style.ok());
-    EXPECT_EQ(style->representation, HybridRepresentation::best);
-    EXPECT_FALSE(style->opacity || style->colorRange || style->clipBox);
-    EXPECT_TRUE(style->colors.empty() && style->clipPlanes.empty());
-    EXPECT_EQ(style->colorMap.name(), "inferno");
-    EXPECT_EQ(style->pointShape, PointShape::gaussian);
-    EXPECT_EQ(style->pointOpacity, 1.0);
-    EXPECT_EQ(style->light.ambient, 0.25);
-    EXPECT_EQ(style->light.diffuse, 0.75);
-    EXPECT_EQ(style->light.specular, 0.25);
-    EXPECT_NEAR(glm::length(style->light.direction), 1.0, 1e-12);
+    const auto style = hybridStyleOf(parseHybridStyle({}).value());
+    EXPECT_EQ(style.representation, HybridRepresentation::best);
+    EXPECT_FALSE(style.opacity || style.colorRange || style.clipBox);
+    EXPECT_TRUE(style.colors.empty() && style.clipPlanes.empty());
+    EXPECT_EQ(style.colorMap.name(), "inferno");
+    EXPECT_EQ(style.pointShape, PointShape::gaussian);
+    EXPECT_EQ(style.pointOpacity, 1.0);
+    EXPECT_EQ(style.light.ambient, 0.25);
+    EXPECT_EQ(style.light.diffuse, 0.75);
+    EXPECT_EQ(style.light.specular, 0.25);
+    EXPECT_NEAR(glm::length(style.light.direction), 1.0, 1e-12);
 }
 
 TEST(HybridStyle, TakesAllThatIsSaid) {
-    const auto style = parseHybridStyle(messageOf(R"({"representation": "points",
+    const auto style = hybridStyleOf(parseHybridStyle(messageOf(R"({"representation": "points",
         "curve": [{"value": -500, "opacity": 0}, {"value": 300, "opacity": 0.5}], "colorMap": "viridis",
         "colorRange": [-1000, 1000], "pointShape": "disc", "pointOpacity": 0.5,
         "light": {"direction": [0, 0, 3], "fixed": true, "ambient": 0.1, "diffuse": 0.5, "specular": 0.4},
         "clipPlanes": [{"normal": [0, 2, 0], "distance": 10}],
-        "clipBox": {"min": [0, 0, 0], "max": [10, 20, 30]}})"));
-    ASSERT_TRUE(style.ok()) << style.error().toString();
-    EXPECT_EQ(style->representation, HybridRepresentation::points);
-    EXPECT_EQ((*style->opacity)(-100.0), 0.25);
-    EXPECT_EQ(style->colorMap.name(), "viridis");
-    EXPECT_EQ(style->colorRange, (ValueRange{-1000.0, 1000.0}));
-    EXPECT_EQ(style->pointShape, PointShape::disc);
-    EXPECT_EQ(style->pointOpacity, 0.5);
-    EXPECT_EQ(style->light.direction, glm::dvec3(0.0, 0.0, 1.0));
-    EXPECT_TRUE(style->light.fixed);
+        "clipBox": {"min": [0, 0, 0], "max": [10, 20, 30]}})"))
+                                         .value());
+    EXPECT_EQ(style.representation, HybridRepresentation::points);
+    EXPECT_EQ((*style.opacity)(-100.0), 0.25);
+    EXPECT_EQ(style.colorMap.name(), "viridis");
+    EXPECT_EQ(style.colorRange, (ValueRange{-1000.0, 1000.0}));
+    EXPECT_EQ(style.pointShape, PointShape::disc);
+    EXPECT_EQ(style.pointOpacity, 0.5);
+    EXPECT_EQ(style.light.direction, glm::dvec3(0.0, 0.0, 1.0));
+    EXPECT_TRUE(style.light.fixed);
     // A plane's distance counts in lengths of its normal.
-    EXPECT_EQ(style->clipPlanes, (std::vector<HalfSpace>{{glm::dvec3(0.0, 1.0, 0.0), 5.0}}));
-    EXPECT_EQ(style->clipBox, (Bounds{glm::dvec3(0.0), glm::dvec3(10.0, 20.0, 30.0)}));
+    EXPECT_EQ(style.clipPlanes, (std::vector<HalfSpace>{{glm::dvec3(0.0, 1.0, 0.0), 5.0}}));
+    EXPECT_EQ(style.clipBox, (Bounds{glm::dvec3(0.0), glm::dvec3(10.0, 20.0, 30.0)}));
 }
 
 TEST(HybridStyle, KnotsMayHaveColours) {
-    const auto style = parseHybridStyle(messageOf(R"({"curve":
-        [{"value": 0, "opacity": 0, "color": [1, 0, 0]}, {"value": 1, "opacity": 1, "color": [1, 1, 1]}]})"));
-    ASSERT_TRUE(style.ok()) << style.error().toString();
-    EXPECT_EQ(style->colors, (std::vector<glm::dvec3>{{1.0, 0.0, 0.0}, {1.0, 1.0, 1.0}}));
+    const auto style = hybridStyleOf(parseHybridStyle(messageOf(R"({"curve":
+        [{"value": 0, "opacity": 0, "color": [1, 0, 0]}, {"value": 1, "opacity": 1, "color": [1, 1, 1]}]})"))
+                                         .value());
+    EXPECT_EQ(style.colors, (std::vector<glm::dvec3>{{1.0, 0.0, 0.0}, {1.0, 1.0, 1.0}}));
 }
 
 struct BadHybrid {
@@ -101,7 +100,7 @@ TEST(HybridStyle, IsALayerOfAView) {
     const auto view = parseView(message);
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].hybrid(), nullptr);
-    EXPECT_EQ(view->layers[0].hybrid()->representation, HybridRepresentation::residual);
+    EXPECT_EQ(view->layers[0].hybrid()->representation(), "residual");
     layer.mutable_hybrid()->set_point_shape("star");
     EXPECT_EQ(parseView(message).error().where, "layers[0].hybrid.pointShape");
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "protocol/scene/json.h"
-#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "protocol/scene/srgb.h"
-#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/field_visitor.h"
 
 namespace mote {
 namespace {
@@ -59,7 +59,7 @@ TEST(ParticlesStyle, WhatIsNotSaidIsLeftToThePlot) {
 TEST(ParticlesStyle, WhatIsLeftToThePlotIsWrittenAsSuch) {
     const auto style = parseParticlesStyle({}).value();
     proto::Layer layer;
-    writeStyle(style, glm::dvec3(0.0), layer);
+    writeStyle(style, layer);
     EXPECT_EQ(parseParticlesStyle(layer.particles()).value(), style);
     EXPECT_TRUE(layer.particles().volume().curve().empty());
     EXPECT_FALSE(layer.particles().points().has_opacity() || layer.particles().points().has_size_pixels());

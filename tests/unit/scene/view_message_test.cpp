@@ -9,7 +9,6 @@
 
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/json.h"
-#include "protocol/scene/lengths_in_pixels.h"
 #include "tests/support/view_text.h"
 #include "tests/unit/scene/film_scripts.h"
 
@@ -22,29 +21,20 @@ constexpr double rounding = 1e-12;
 void snap(glm::dvec3& value, const glm::dvec3& to) {
     if (glm::length(value - to) < rounding) value = to;
 }
-void snap(Light& light, const Light& to) {
-    snap(light.direction, to.direction);
-}
 void snap(ParticlesStyle& style, const ParticlesStyle& to) {
     snap(style.pointColor, to.pointColor);
 }
-void snap(HybridStyle& style, const HybridStyle& to) {
-    snap(style.light, to.light);
-    ASSERT_EQ(style.colors.size(), to.colors.size());
-    for (std::size_t i = 0; i < to.colors.size(); ++i) snap(style.colors[i], to.colors[i]);
-    ASSERT_EQ(style.clipPlanes.size(), to.clipPlanes.size());
-    for (std::size_t i = 0; i < to.clipPlanes.size(); ++i) {
-        auto& plane = style.clipPlanes[i];
-        const double distance = to.clipPlanes[i].distance;
-        snap(plane.normal, to.clipPlanes[i].normal);
-        if (std::abs(plane.distance - distance) <= rounding * std::abs(distance)) plane.distance = distance;
-    }
-}
-/// Styles that are messages come back to the digit.
+/// Styles that are messages come back to the digit, but for normals that are made unit again.
 void snap(google::protobuf::Message&, const google::protobuf::Message&) {}
-void snap(InkStyle& style, const InkStyle& to) {
-    snap(style.color, to.color);
-    snap(style.light, to.light);
+void snap(proto::HybridStyle& style, const proto::HybridStyle& to) {
+    ASSERT_EQ(style.clip_planes_size(), to.clip_planes_size());
+    for (int i = 0; i < to.clip_planes_size(); ++i) {
+        auto& plane = *style.mutable_clip_planes(i);
+        const auto& other = to.clip_planes(i);
+        for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(plane.normal(axis), other.normal(axis), rounding);
+        EXPECT_NEAR(plane.distance(), other.distance(), rounding * std::abs(other.distance()));
+        plane = other;
+    }
 }
 
 void snap(std::optional<glm::dvec3>& value, const std::optional<glm::dvec3>& to) {
@@ -109,13 +99,15 @@ TEST(ViewMessage, SaysAllThatTheSchemaFillsIn) {
     difference.ReportDifferencesToString(&report);
     for (std::uint64_t i = 0; i < 3000; ++i) {
         const auto said = anyView(24, i);
-        const auto written = toProto(parseView(said).value());
+        const auto parsed = parseView(said).value();
+        const auto written = toProto(parsed);
         for (int k = 0; k < said.layers_size(); ++k) {
             auto wanted = said.layers(k);
             if (wanted.has_particles()) *wanted.mutable_particles() = filledIn(wanted.particles());
             if (wanted.has_mesh()) *wanted.mutable_mesh() = filledIn(wanted.mesh());
             if (wanted.has_stipple()) *wanted.mutable_stipple() = filledIn(wanted.stipple());
-            if (wanted.has_ink()) *wanted.mutable_ink() = resolvedInk(wanted.ink()).value();
+            if (wanted.has_ink())
+                *wanted.mutable_ink() = parseInkStyle(wanted.ink(), parsed.background).value();
             // Volumes have a light of their own, and planes normals of length 1.
             if (wanted.hybrid().has_light())
                 *wanted.mutable_hybrid()->mutable_light() = written.layers(k).hybrid().light();
@@ -176,7 +168,7 @@ TEST(Magnified, EveryLengthInPixels) {
     EXPECT_EQ(pixels.layers[1].stipple()->dot_pixels(), 9.0);
     EXPECT_EQ(pixels.layers[1].stipple()->least_dot_pixels(), 3.0);
     EXPECT_EQ(pixels.layers[1].stipple()->jitter(), 2.0);
-    const InkStyle& ink = *pixels.layers[2].ink();
+    const auto ink = inkStyleOf(*pixels.layers[2].ink());
     EXPECT_EQ(ink.silhouettes.width, 6.0);
     EXPECT_EQ(ink.silhouettes.crease, 50.0);
     EXPECT_EQ(ink.hatch.spacing, 15.0);
@@ -190,7 +182,7 @@ TEST(Magnified, EveryLengthInPixels) {
 std::vector<double> lengthsOf(const std::string& lines, const std::string& lengths) {
     const auto view = lengthsInPixels(viewOf("{'width': 100, 'height': " + lines + ", " + lengths));
     const auto& stipple = *view.layers[0].stipple();
-    const auto& ink = *view.layers[1].ink();
+    const auto ink = inkStyleOf(*view.layers[1].ink());
     return {stipple.spacing_pixels(),
             stipple.dot_pixels(),
             stipple.least_dot_pixels(),

@@ -19,7 +19,7 @@ View viewOfShares(const std::vector<double>& shares) {
     View view;
     for (const double share : shares)
         view.layers.push_back(
-            {.dataset = "a/b", .step = 2, .style = HybridStyle{}, .towards = Towards{5, share}});
+            {.dataset = "a/b", .step = 2, .style = *parseHybridStyle({}), .towards = Towards{5, share}});
     return view;
 }
 

@@ -48,19 +48,20 @@ proto::HybridStyle wholeStyle() {
 }
 
 TEST(HybridControls, WhatIsSetIsWhatTheServerReads) {
-    const auto style = parseHybridStyle(wholeStyle());
-    ASSERT_TRUE(style.ok()) << style.error().toString();
-    EXPECT_EQ(style->representation, HybridRepresentation::points);
-    EXPECT_EQ(style->pointShape, PointShape::square);
-    EXPECT_EQ(style->pointOpacity, 0.5);
-    EXPECT_EQ(style->colorMap.name(), "viridis");
-    EXPECT_EQ(style->colorRange, (ValueRange{10.0, 200.0}));
-    EXPECT_NEAR(style->light.direction.x, 1.0, 1e-6);
-    EXPECT_TRUE(style->light.fixed);
-    EXPECT_EQ(style->light.ambient, 0.5);
-    ASSERT_TRUE(style->clipBox.has_value());
-    EXPECT_EQ(style->clipBox->min, glm::dvec3(1.0, 2.0, 3.0));
-    EXPECT_EQ(style->clipBox->max, glm::dvec3(40.0, 20.0, 20.0));
+    const auto parsed = parseHybridStyle(wholeStyle());
+    ASSERT_TRUE(parsed.ok()) << parsed.error().toString();
+    const auto style = hybridStyleOf(*parsed);
+    EXPECT_EQ(style.representation, HybridRepresentation::points);
+    EXPECT_EQ(style.pointShape, PointShape::square);
+    EXPECT_EQ(style.pointOpacity, 0.5);
+    EXPECT_EQ(style.colorMap.name(), "viridis");
+    EXPECT_EQ(style.colorRange, (ValueRange{10.0, 200.0}));
+    EXPECT_NEAR(style.light.direction.x, 1.0, 1e-6);
+    EXPECT_TRUE(style.light.fixed);
+    EXPECT_EQ(style.light.ambient, 0.5);
+    ASSERT_TRUE(style.clipBox.has_value());
+    EXPECT_EQ(style.clipBox->min, glm::dvec3(1.0, 2.0, 3.0));
+    EXPECT_EQ(style.clipBox->max, glm::dvec3(40.0, 20.0, 20.0));
 }
 
 TEST(HybridControls, AStyleIsReadAsItWasWritten) {
@@ -72,7 +73,7 @@ TEST(HybridControls, AStyleIsReadAsItWasWritten) {
 }
 
 TEST(HybridControls, ANewPlaneCutsAwayTheHalfBeforeTheEye) {
-    const auto style = parseHybridStyle(wholeStyle()).value();
+    const auto style = hybridStyleOf(parseHybridStyle(wholeStyle()).value());
     ASSERT_EQ(style.clipPlanes.size(), 1U);
     const auto stays = [&](const glm::dvec3& place) {
         return glm::dot(style.clipPlanes[0].normal, place) >= style.clipPlanes[0].distance;

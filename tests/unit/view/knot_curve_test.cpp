@@ -32,8 +32,8 @@ TEST(KnotCurve, IsWrittenAndReadAsItIs) {
         controls.write(style);
         const auto parsed = parseHybridStyle(style);
         ASSERT_TRUE(parsed.ok()) << parsed.error().toString();
-        EXPECT_EQ(parsed->opacity->knots(), curve.knots());
-        EXPECT_EQ(parsed->colors.size(), curve.colors().size());
+        EXPECT_EQ(hybridStyleOf(*parsed).opacity->knots(), curve.knots());
+        EXPECT_EQ(hybridStyleOf(*parsed).colors.size(), curve.colors().size());
         read.curve.setValues({-1000.0, 1500.0});
         read.read(style);
         EXPECT_EQ(read.curve, curve);

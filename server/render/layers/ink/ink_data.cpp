@@ -21,13 +21,13 @@ TransferFunction densityTransfer(const InkStyle& style) {
 }  // namespace
 
 InkData inkDataOf(const Scene& scene, std::size_t index) {
-    const InkStyle& style = *scene.view.layers[index].ink();
+    const auto style = inkStyleOf(*scene.view.layers[index].ink());
     if (auto mesh = held(scene.meshes, index)) return mesh;
     if (auto density = held(scene.densities, index))
         return InkVolume{std::move(density), densityTransfer(style)};
     auto volume = held(scene.hybrids, index);
     MOTE_CHECK(volume != nullptr);
-    HybridStyle hybrid;
+    auto hybrid = hybridStyleOf(parseHybridStyle({}).value());
     hybrid.opacity = style.opacity;
     return InkVolume{volume, transferOf(hybrid, *volume)};
 }
