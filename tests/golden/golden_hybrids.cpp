@@ -101,7 +101,7 @@ render::Scene makeHybridScene(const std::string& name) {
     render::Scene scene{viewOf(found->second), {}};
     for (const auto& layer : scene.view.layers) {
         const bool hybrid = layer.hybrid() != nullptr;
-        scene.hybrids.push_back(hybrid ? machine(layer.hybrid()->representation) : nullptr);
+        scene.hybrids.push_back(hybrid ? machine(hybridStyleOf(*layer.hybrid()).representation) : nullptr);
         scene.steps.push_back(hybrid ? nullptr : beamInside());
     }
     return scene;
