@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 Result<DraftFile> DraftFile::create(const fs::path& output) {
     std::error_code ignored;
     if (!output.has_filename()) {
-        return Error{ErrorCode::invalidArgument, output.string(), "is no name for a file"};
+        return invalid(output.string(), "is no name for a file");
     }
     if (fs::exists(fs::symlink_status(output, ignored))) {
         return Error{ErrorCode::alreadyExists, output.string(), "exists already and is never replaced"};

@@ -25,7 +25,7 @@ class DraftFile {
     const std::filesystem::path& path() const { return path_; }
 
     /// Takes the disk space for `bytes` now, so that a full disk shows before the work and not after it.
-    /// Where the file system cannot, it asks whether there is room. Errors: resourceExhausted, internal.
+    /// If the file system cannot, it asks whether there is room. Errors: resourceExhausted, internal.
     Status reserve(std::uint64_t bytes) const;
 
     /// Puts the file on the disk and gives it its name. Errors: alreadyExists, resourceExhausted, internal.

@@ -68,7 +68,7 @@ FloatGrid emptyGrid(const std::string& name, const proto::Manifest& manifest, st
     return grid;
 }
 
-/// All samples are active: none is taken for what lies outside.
+/// Fills all samples; all are active: none is taken for what lies outside.
 void fillLow(const storage::HybridStep& file, const proto::HybridStepEntry& entry, const FloatGrid& grid) {
     std::visit(
         [&](auto codes) {
@@ -123,8 +123,8 @@ Result<std::string> exportVdb(const fs::path& dataset, const proto::Manifest& ma
                               const fs::path& output) {
     const auto* const maker = std::ranges::find(makers, manifest.kind(), &GridMaker::kind);
     if (maker == makers.end()) {
-        return Error{ErrorCode::invalidArgument, dataset.string(),
-                     fmt::format("is a dataset of kind \"{}\", which holds no volume", manifest.kind())};
+        return invalid(dataset.string(),
+                       fmt::format("is a dataset of kind \"{}\", which holds no volume", manifest.kind()));
     }
     MOTE_ASSIGN_OR_RETURN(auto draft, DraftFile::create(output));
     MOTE_ASSIGN_OR_RETURN(const auto grids, maker->make(dataset, manifest, step));

@@ -16,7 +16,7 @@ namespace mote::prep {
 /// there is one "residual", what is to be added to it, interpolated linearly, at the samples of the error
 /// grid. `output` appears by one rename. Returns which: "density" or "volume". Errors: notFound, corrupt,
 /// invalidArgument (there is no such step, or nothing of this kind to export), alreadyExists,
-/// permissionDenied, resourceExhausted. Throws storage::StorageError where a volume is damaged.
+/// permissionDenied, resourceExhausted. Throws storage::StorageError if a volume is damaged.
 Result<std::string> exportVdb(const std::filesystem::path& dataset, const proto::Manifest& manifest,
                               std::uint32_t step, const std::filesystem::path& output);
 

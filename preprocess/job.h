@@ -16,7 +16,7 @@
 
 namespace mote::prep {
 
-/// Bytes: the limit that the job was given, or three quarters of the machine's memory where it is 0.
+/// Bytes: the limit that the job was given, or three quarters of the machine's memory if it is 0.
 inline std::uint64_t memoryFor(std::uint64_t limit) {
     if (limit > 0) return limit;
     const long pages = ::sysconf(_SC_PHYS_PAGES);

@@ -30,7 +30,7 @@ struct JobKind {
     bool together;  ///< whether several processes may do it together
     /// Adds the subcommand to the program.
     void (*addCommand)(const cli::Command& program, CommandLine& line);
-    /// Makes the output. Returns its manifest, without a kind where it is no dataset. Errors: invalidArgument
+    /// Makes the output. Returns its manifest, without a kind if it is no dataset. Errors: invalidArgument
     /// with the field's path, and the job's own.
     Result<proto::Manifest> (*run)(const Job& job);
 };

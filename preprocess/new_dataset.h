@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What jobs that make a dataset have in common: how its manifest begins and what it calls their inputs, and how the
-// dataset comes into its place. Functions without state.
+// What jobs that make a dataset have in common: how its manifest begins and what it calls their inputs, and
+// how the dataset comes into its place. Functions without state.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@
 
 namespace mote::prep {
 
-/// A manifest of this kind, with the request but for its output. `title`: where the request has none.
+/// A manifest of this kind, with the request but for its output. `title`: if the request has none.
 proto::Manifest beginManifest(const char* kind, const proto::JobRequest& request, const std::string& title);
 
 /// The input as seen from the folder that is to hold the dataset `output`, so that a manifest does not depend

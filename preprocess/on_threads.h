@@ -40,7 +40,7 @@ class FirstError {
 template <class Work>
 auto onThreads(int threads, const Work& work) {
     std::optional<tbb::global_control> more;
-    // More threads than cores only where asked for: the library stops at the cores otherwise.
+    // More threads than cores only if asked for: the library stops at the cores otherwise.
     if (threads > 0) {
         more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     }

@@ -33,8 +33,9 @@ constexpr std::size_t rowsAtOnce = std::size_t{1} << 18;        // that are gath
 constexpr std::array<std::string_view, 9> always{"x", "y", "z", "t", "px", "py", "pz", "weight", "lost"};
 
 Error noColumns(const std::filesystem::path& dataset) {
-    return {ErrorCode::notFound, dataset.filename().string(),
-            "was made without columns: make it again from its source (mote-prep particles) to have them"};
+    return notFound(
+        dataset.filename().string(),
+        "was made without columns: make it again from its source (mote-prep particles) to have them");
 }
 
 /// The indices of the columns that are written, in the dataset's order.

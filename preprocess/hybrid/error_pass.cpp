@@ -5,8 +5,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 
 #include "preprocess/on_threads.h"
@@ -85,7 +83,7 @@ bool fill(const ErrorSlab& slab, const ErrorSelection& selection, double step, c
     return any;
 }
 
-/// All bricks of the slab with indices from `begin` to `end` along x and y, which are in one node.
+/// Encodes all bricks of the slab with indices from `begin` to `end` along x and y, which are in one node.
 void encode(const ErrorSlab& slab, const ErrorSelection& selection, const GridSize& begin,
             const GridSize& end, double step, storage::ResidualEncoder& encoder) {
     Multiples multiples{};

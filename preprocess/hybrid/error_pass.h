@@ -44,7 +44,7 @@ class ErrorCount {
     explicit ErrorCount(std::uint32_t upper)
         : lower_(true), upper_(upper), bins_(std::size_t{1} << lowerBits) {}
 
-    /// One that counts the same, and has counted nothing.
+    /// A count of the same that has counted nothing.
     ErrorCount empty() const { return lower_ ? ErrorCount(upper_) : ErrorCount(); }
 
     /// Errors of zero do not count.

@@ -4,15 +4,8 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
-#include <span>
-#include <vector>
-
-#include "preprocess/hybrid/volume_plan.h"
-#include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::prep {
 namespace {
@@ -141,7 +134,7 @@ struct Filters {
     AxisFilter x, y, z;
 };
 
-/// One slice of the source in the low-resolution volume's x and y.
+/// Filters one slice of the source to the low-resolution volume's x and y.
 void reduceSlice(std::span<const float> slice, std::uint32_t sourceWidth, const Filters& filters,
                  std::span<float> reduced) {
     const std::size_t width = filters.x.size();

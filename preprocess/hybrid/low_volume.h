@@ -102,7 +102,7 @@ Result<std::vector<float>> filterSlices(
     std::uint32_t together,
     const std::function<Status(const SlabWindow&, std::uint32_t z0, std::uint32_t z1)>& seen);
 
-/// Values become codes: rounded to the nearest, where they are at most the range's; downwards for `under`,
+/// Values become codes: rounded to the nearest, if they are at most the range's; downwards for `under`,
 /// whose values may lie below it.
 LowVolume encodeLow(const VolumePlan& plan, const ValueRange& range, std::span<const float> values);
 

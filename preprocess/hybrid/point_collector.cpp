@@ -10,7 +10,6 @@
 #include <tuple>
 
 #include "preprocess/on_threads.h"
-#include "storage/hybrid/hybrid_file.h"
 
 namespace mote::prep {
 namespace {

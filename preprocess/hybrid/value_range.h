@@ -15,7 +15,7 @@
 namespace mote::prep {
 
 struct ValueRange {
-    double min = 0.0, max = 0.0;  ///< of the finite values; 0 where there is none
+    double min = 0.0, max = 0.0;  ///< of the finite values; 0 if there is none
     std::uint64_t finite = 0;     ///< samples
     std::uint64_t invalid = 0;    ///< samples that are not finite
     bool integers = true;         ///< all finite values are

@@ -476,9 +476,9 @@ class Job {
             shape.indexToWorld == shape_.indexToWorld) {
             return success();
         }
-        return Error{ErrorCode::invalidArgument, inputs_[step].string(),
-                     fmt::format("has another size or place than {}: the steps of a dataset share both",
-                                 inputs_.front().string())};
+        return invalid(inputs_[step].string(),
+                       fmt::format("has another size or place than {}: the steps of a dataset share both",
+                                   inputs_.front().string()));
     }
 
     Status findRanges() {
@@ -492,7 +492,7 @@ class Job {
         }
         noteInvalid();
         if (range_.span() <= greatestSpan) return success();
-        return Error{ErrorCode::unsupported, inputs_.front().string(), "has values further apart than 1e37"};
+        return unsupported(inputs_.front().string(), "has values further apart than 1e37");
     }
 
     /// The range of this rank's slices.

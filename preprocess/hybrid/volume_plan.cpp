@@ -3,12 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 
 #include "preprocess/job.h"
-#include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::prep {
 namespace {

@@ -24,7 +24,7 @@ enum class LowFilter {
     under,  ///< cubic, lowered until it overestimates no sample of the source by more than an allowance
 };
 
-/// Where neither a threshold nor a number of points is given: docs/HYBRID_VOLUMES.md has what it costs.
+/// If neither a threshold nor a number of points is given: docs/HYBRID_VOLUMES.md has what it costs.
 inline constexpr double defaultThreshold = 0.02;
 
 struct VolumePlan {
@@ -86,7 +86,7 @@ struct VolumeMemory {
 };
 
 /// `limit` is this process', 0 for three quarters of the machine's memory; on `threads` threads. Errors:
-/// resourceExhausted, where not even a few slices fit, with what is missing. What each takes:
+/// resourceExhausted, if not even a few slices fit, with what is missing. What each takes:
 /// docs/HYBRID_VOLUMES.md.
 Result<VolumeMemory> planMemory(const VolumePlan& plan, std::uint64_t limit, int threads);
 

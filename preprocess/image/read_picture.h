@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A picture file as linear luminance: PNG, JPEG, TIFF or OpenEXR, of 8, 16 or 32 bits or floats, grey or in
-// colour, upright (as its orientation says), laid on white where it is transparent. Its format is told by its
+// colour, upright (as its orientation says), laid on white if it is transparent. Its format is told by its
 // first bytes and not by its name: OpenImageIO would try a hundred formats on a file that nobody vouches for.
 // Called from one thread.
 #pragma once

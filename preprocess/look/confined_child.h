@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Work on foreign files in a process of its own, as jobs of a server have it: what it does cannot hurt
-// anybody else. The child may read files and write none (Landlock, where the kernel has it), takes no more
+// anybody else. The child may read files and write none (Landlock, if the kernel has it), takes no more
 // memory and processor time than it is given, runs no program, and ends with this process. Main thread,
 // before there are others.
 #pragma once

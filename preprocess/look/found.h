@@ -43,7 +43,7 @@ struct Found {
     std::string kind;    ///< "particles", "volume", "mesh" or "image"
     std::string format;  ///< as in --format
     std::string told;    ///< what told the format
-    std::string name;    ///< a species or field, where the file has several; else ""
+    std::string name;    ///< a species or field, if the file has several; else ""
     std::vector<Fact> facts;
     std::vector<FoundColumn> columns;
     std::vector<std::string> notes;    ///< what is assumed
@@ -64,7 +64,7 @@ struct Look {
     }
 };
 
-/// One JSON object, on one line with its end.
+/// Writes one JSON object, on one line with its end.
 std::string jsonLine(const Look& look);
 /// Lines for people, not yet fit for a terminal (toTerminalLines).
 std::string lookText(const Look& look);

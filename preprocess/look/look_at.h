@@ -38,11 +38,11 @@ Result<std::vector<Found>> lookAtMesh(const std::filesystem::path& input, const 
 Result<std::vector<Found>> lookAtImage(const std::filesystem::path& input, const LookOptions& options,
                                        Progress& progress);
 
-/// "--format" where the user named the format, else what its reader tells of its files.
+/// "--format" if the user named the format, else what its reader tells of its files.
 std::string toldBy(const std::string& wantedFormat, std::string_view told);
 
-/// Each of several species or fields of a file. One that is not read is refused beside the others, as part of
-/// what `whole` says of the file. Errors: those of `look`, of a single one, and cancelled.
+/// Looks at each of several species or fields of a file. One that is not read is refused beside the others,
+/// as part of what `whole` says of the file. Errors: those of `look`, of a single one, and cancelled.
 Result<std::vector<Found>> lookAtEach(const std::vector<std::string>& names, const Found& whole,
                                       const std::function<Result<Found>(const std::string& name)>& look);
 

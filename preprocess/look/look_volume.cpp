@@ -85,7 +85,7 @@ Status readRange(VolumeSource& source, Progress& progress, FoundColumn& range) {
     return success();
 }
 
-/// Of several volumes the first, of whose steps the others are.
+/// Looks at the first of several volumes, of whose steps the others are.
 Result<Found> lookAtField(const std::vector<std::filesystem::path>& inputs, const LookOptions& options,
                           const proto::VolumeSourceOptions& wanted, Progress& progress) {
     SilentNotes silent(progress);
@@ -113,7 +113,7 @@ Result<Found> lookAtField(const std::vector<std::filesystem::path>& inputs, cons
     return found;
 }
 
-/// Of a file with several values for each voxel, of which a job wants one to be named: each of them. `error`
+/// Looks at each of several values for each voxel, of which a job wants one to be named. `error`
 /// is what it says where none is.
 Result<std::vector<Found>> lookAtComponents(const std::vector<std::filesystem::path>& inputs,
                                             const LookOptions& options, const Error& error,
@@ -133,7 +133,7 @@ Result<std::vector<Found>> lookAtComponents(const std::vector<std::filesystem::p
     return all;
 }
 
-/// Those of a file of several, with how each is stored.
+/// Looks at those of a file of several, with how each is stored.
 Result<std::vector<Found>> lookAtFields(const VolumeFields& several, const LookOptions& options,
                                         const std::function<Result<Found>(const std::string&)>& look) {
     std::vector<std::string> names;

@@ -18,7 +18,7 @@ namespace mote::prep {
 /// (storage::TriangleIntersections). Where one only lies with an edge on the other, as the corner of a box on
 /// the floor does, there is none: the surface must go on beyond. None at all (nullopt) where more are near
 /// each other, or cut each other, than is of use (a hundred million and 32 a triangle; four million and eight
-/// a triangle), and where `cancelled`.
+/// a triangle), and if `cancelled`.
 std::optional<std::vector<std::array<std::uint32_t, 2>>> findIntersections(
     const storage::SurfaceMesh& mesh, const std::function<bool()>& cancelled);
 

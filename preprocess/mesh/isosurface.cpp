@@ -84,7 +84,7 @@ class SurfaceNet {
         for (std::size_t i = 0; i < slices_[1].size(); ++i) {
             float& value = slices_[1][i];
             if (!std::isfinite(value)) value = std::numeric_limits<float>::quiet_NaN();
-            inside_[1][i] = value >= options_.value ? 1 : 0;  // not where it is no number
+            inside_[1][i] = value >= options_.value ? 1 : 0;  // not if it is no number
             if (std::isnan(value)) continue;
             low_ = std::min(low_, value);
             high_ = std::max(high_, value);
@@ -104,7 +104,7 @@ class SurfaceNet {
     }
 
   private:
-    /// For the volume's box, or what of it is kept.
+    /// The origin for the volume's box, or what of it is kept.
     glm::dvec3 origin() const {
         glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
         const glm::dvec3 last(shape_.nx - 1.0, shape_.ny - 1.0, shape_.nz - 1.0);
@@ -237,9 +237,8 @@ class SurfaceNet {
 Result<TriangleMesh> isosurface(VolumeSource& source, const IsosurfaceOptions& options, Progress& progress) {
     const VolumeShape& shape = source.shape();
     if (std::min({shape.nx, shape.ny, shape.nz}) < 2) {
-        return Error{
-            ErrorCode::invalidArgument, "isovalue",
-            fmt::format("a volume of {} x {} x {} samples has no cells", shape.nx, shape.ny, shape.nz)};
+        return invalid("isovalue", fmt::format("a volume of {} x {} x {} samples has no cells", shape.nx,
+                                               shape.ny, shape.nz));
     }
     SurfaceNet net(shape, options);
     for (std::uint32_t z = 0; z < shape.nz; ++z) {

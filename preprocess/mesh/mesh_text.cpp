@@ -77,7 +77,7 @@ Result<glm::dvec3> MeshText::place() {
 }
 
 Error MeshText::error(std::string message) const {
-    return {ErrorCode::corrupt, fmt::format("{}: line {}", name_, number_), std::move(message)};
+    return corrupt(fmt::format("{}: line {}", name_, number_), std::move(message));
 }
 
 }  // namespace mote::prep

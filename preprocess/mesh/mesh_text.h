@@ -31,7 +31,7 @@ class MeshText {
     /// What follows the words that were taken, up to the line's end.
     std::string_view restOfLine() const { return line_; }
 
-    /// The word as a number, nothing where it is none.
+    /// The word as a number, nothing if it is none.
     static std::optional<double> number(std::string_view word);
     static std::optional<std::int64_t> integer(std::string_view word);
 

@@ -115,7 +115,7 @@ class ObjParser {
         return success();
     }
 
-    /// As long as there is but one part, none are told.
+    /// Adds the face; as long as there is but one part, none are told.
     void add(std::span<const std::uint32_t> corners, std::uint32_t part) {
         if (part > 0) mesh_.parts.resize(mesh_.triangles.size());
         addPolygon(mesh_, corners);

@@ -200,7 +200,7 @@ class PlyValues {
     /// corrupt, at the line or byte that was reached.
     Error error(std::string message) const {
         if (encoding_ == PlyEncoding::ascii) return text_.error(std::move(message));
-        return {ErrorCode::corrupt, fmt::format("{}: byte {}", name_, at_), std::move(message)};
+        return corrupt(fmt::format("{}: byte {}", name_, at_), std::move(message));
     }
 
   private:

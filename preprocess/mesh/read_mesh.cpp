@@ -7,7 +7,6 @@
 
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/mesh_text.h"
-#include "preprocess/mesh/triangle_mesh.h"
 #include "preprocess/readers/text/byte_source.h"
 #include "protocol/scene/utf8.h"
 

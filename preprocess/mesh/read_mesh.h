@@ -27,7 +27,7 @@ Result<ReadMesh> readMesh(const std::filesystem::path& path, std::uint64_t limit
 /// ".obj" of "Skull.OBJ.gz".
 std::string meshEnding(const std::filesystem::path& path);
 
-/// One sentence of what was put right; empty where all was well.
+/// One sentence of what was put right; empty if all was well.
 std::string describeRepairs(const MeshCounts& counts);
 
 }  // namespace mote::prep

@@ -41,7 +41,7 @@ constexpr std::uint32_t noVertex = std::numeric_limits<std::uint32_t>::max();
 constexpr double leastHeight = 1e-7;   // of the longest edge
 constexpr double needleHeight = 1e-3;  // of the longest edge
 
-/// The first vertex at each vertex's place; none where it is no place.
+/// The first vertex at each vertex's place; none if it is no place.
 std::vector<std::uint32_t> firstAtPlace(const std::vector<glm::vec3>& positions) {
     std::vector<std::uint32_t> order;
     order.reserve(positions.size());
@@ -297,7 +297,7 @@ class LargePolygon {
     std::vector<bool> reflex_;
 };
 
-/// Adds the triangles. `normal` is the polygon's; where it is 0, it has no area.
+/// Adds the triangles. `normal` is the polygon's; if it is 0, it has no area.
 void cutLargePolygon(ExactMesh& mesh, std::span<const std::uint32_t> corners, const glm::dvec3& normal) {
     LargePolygon(mesh, corners, normal).cut();
 }

@@ -50,7 +50,7 @@ glm::dvec3 originFor(const glm::dvec3& low, const glm::dvec3& high);
 /// Takes off the origin for those vertices that triangles use.
 TriangleMesh toFloats(ExactMesh mesh);
 
-/// A sentence that says so; empty where none was taken off.
+/// A sentence that says so; empty if none was taken off.
 std::string describeOrigin(const glm::dvec3& origin);
 
 /// What reading and welding met and put right.

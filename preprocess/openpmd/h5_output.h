@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // HDF5 objects of our own, made for writing: groups without times, attributes, contiguous columns. Functions
-// return an invalid handle or false where HDF5 refuses; H5Errors then says why. One thread at a time.
+// return an invalid handle or false if HDF5 refuses; H5Errors then says why. One thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -48,7 +48,7 @@ class H5Errors {
     H5Errors(const H5Errors&) = delete;
     H5Errors& operator=(const H5Errors&) = delete;
 
-    /// Why the file `where` could not be written: the kernel's own reason where HDF5 was told one.
+    /// Why the file `where` could not be written: the kernel's own reason if HDF5 was told one.
     Error failure(const std::string& where) const;
 
   private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Particle records as openPMD 1.1 and its beam physics extension have them, for files that we write.
-// Functions return false where HDF5 refuses; H5Errors then says why. One thread at a time.
+// Functions return false if HDF5 refuses; H5Errors then says why. One thread at a time.
 #pragma once
 
 #include <array>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/parallel/communicator.h"
 
-#include <string>
 #include <utility>
 
 namespace mote::prep {

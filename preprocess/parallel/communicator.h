@@ -34,7 +34,7 @@ class Communicator {
     bool first() const { return rank() == 0; }
 
     /// Gives `outgoing[r]` to rank r; returns what each rank had for this one, in the order of the ranks.
-    /// Errors: cancelled, also where another rank was ended.
+    /// Errors: cancelled, also if another rank was ended.
     virtual Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) = 0;
     /// Gives `mine` to all; returns everyone's, in the order of the ranks. Errors: as exchange.
     virtual Result<std::vector<Bytes>> share(std::span<const std::byte> mine) = 0;

@@ -24,7 +24,7 @@ class MpiCommunicator final : public Communicator {
         MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
         MPI_Comm_size(MPI_COMM_WORLD, &size_);
     }
-    /// Where the job was given up, others may be gone: nothing waits for them.
+    /// If the job was given up, others may be gone: nothing waits for them.
     ~MpiCommunicator() override {
         if (whole_ && std::uncaught_exceptions() == 0) {
             MPI_Finalize();

@@ -164,7 +164,7 @@ class Search {
         }
     }
 
-    /// One pass over the step.
+    /// Makes one pass over the step.
     Result<Answer> ask() {
         std::vector<Answer> answers(reader_.blockCount());
         const auto read = reader_.forEach(0, answers.size(), [&](const ParticleBlock& block, std::size_t i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The rule by which a plot gets its bounds where the request gives none; in words in docs/FORMAT.md. Pure
+// The rule by which a plot gets its bounds if the request gives none; in words in docs/FORMAT.md. Pure
 // functions.
 //
 // The ranges of a step's plot coordinates by the rule of bounds_rule.h, found block by block.
@@ -14,7 +14,7 @@
 
 namespace mote::prep {
 
-/// A closed range of values; empty where min > max.
+/// A closed range of values; empty if min > max.
 struct Range {
     double min = 1.0;
     double max = 0.0;
@@ -66,7 +66,7 @@ struct Cut {
 };
 
 struct StepBounds {
-    std::array<Range, 3> ranges;  ///< empty where the step has no particle
+    std::array<Range, 3> ranges;  ///< empty if the step has no particle
     std::array<Cut, 3> cuts;
 };
 
@@ -74,8 +74,8 @@ struct StepBounds {
 /// range is too wide for a difference of its ends.
 Result<Range> widened(Range range);
 
-/// One pass, and another one or two where particles are far from the others. The same on all ranks, for any
-/// number of them. Errors: the source's own, cancelled.
+/// Finds them in one pass, and another one or two if particles are far from the others. The same on all
+/// ranks, for any number of them. Errors: the source's own, cancelled.
 Result<StepBounds> stepBounds(StepReader& reader, Communicator& ranks);
 
 }  // namespace mote::prep

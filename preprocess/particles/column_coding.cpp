@@ -28,7 +28,7 @@ bool isExact(double value, double offset) {
     return offset + static_cast<double>(stored(value, offset)) == value;
 }
 
-/// From a float of this magnitude to the next.
+/// The step from a float of this magnitude to the next.
 double stepAt(double magnitude) {
     const float value = static_cast<float>(magnitude);
     if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();

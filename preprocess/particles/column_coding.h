@@ -19,14 +19,14 @@ struct ColumnCoding {
     bool doubles = false;  ///< instead: the values themselves
 };
 
-/// Of coordinates. Values that are not finite have no say.
+/// Chooses for coordinates. Values that are not finite have no say.
 ColumnCoding codingOf(std::vector<double> sample);
 
-/// Of weights, whose sums are to be the source's: floats where these are exact, or hold the one weight that
-/// all particles have; `least` and `greatest` are of all particles, not of the sample.
+/// Chooses for weights, whose sums are to be the source's: floats if these are exact, or hold the one weight
+/// that all particles have; `least` and `greatest` are of all particles, not of the sample.
 ColumnCoding weightCodingOf(const std::vector<double>& sample, double least, double greatest);
 
-/// The step from a value to the next where what is stored is at most so far from 0.
+/// The step from a value to the next if what is stored is at most so far from 0.
 double resolutionOf(const ColumnCoding& coding, double greatestStored);
 
 }  // namespace mote::prep

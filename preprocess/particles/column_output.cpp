@@ -45,12 +45,11 @@ Result<KeptColumns> allColumns(const ParticleSource& source) {
 Status addColumn(const std::string& name, const ParticleSource& source, KeptColumns& kept) {
     const bool twice =
         name == "id" ? kept.ids : std::ranges::count(kept.columns, name, &KeptColumn::name) > 0;
-    if (twice)
-        return Error{ErrorCode::invalidArgument, "columns", fmt::format("\"{}\" is given twice", name)};
+    if (twice) return invalid("columns", fmt::format("\"{}\" is given twice", name));
     if (name == "id") {
         kept.ids = source.has(Column::id);
         if (kept.ids) return success();
-        return Error{ErrorCode::notFound, "columns", "the run has no column \"id\""};
+        return notFound("columns", "the run has no column \"id\"");
     }
     const auto axis = PlotAxis::make(name, source);
     if (!axis.ok()) {
@@ -308,7 +307,7 @@ class Output {
         return std::clamp(most, rowsOfChunk, std::max(rows_, rowsOfChunk));
     }
 
-    /// As many columns at once as there is memory for, but so that every rank has some.
+    /// Puts as many columns together as there is memory for, but so that every rank has some.
     std::vector<Group> groups() const {
         const auto size = static_cast<std::size_t>(ranks_.size());
         const auto held = static_cast<std::size_t>(request_.memory / 4 * 3 / sizeof(float) /

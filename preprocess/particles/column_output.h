@@ -2,7 +2,7 @@
 //
 // Writes the columns of a step beside its points, once its step file stands: each rank some of the columns.
 // Values go from the order of the source's rows, in which they are read, to that of the points, as many
-// columns at once as the memory holds; where it does not hold one, range of rows after range of rows. Called
+// columns at once as the memory holds; if it does not hold one, range of rows after range of rows. Called
 // from one thread; uses all threads of its arena. The same bytes for any ranks, threads and memory.
 //
 // ColumnSample: rows of a step that its plot holds, evenly strided in the order of its points, with what the
@@ -56,9 +56,9 @@ struct KeptColumns {
     void describe(const ParticleSource& source, proto::ParticlesManifest& manifest) const;
 };
 
-/// For names as in a request ("none": none; no name: all that the run has of x y z t px py pz, weight and
-/// id; of a dataset all its columns). Where lost particles are among others, `marked`, their marks are kept.
-/// Errors: invalidArgument (no such name, or twice), notFound (the run does not have it).
+/// The columns of names as in a request ("none": none; no name: all that the run has of x y z t px py pz,
+/// weight and id; of a dataset all its columns). If lost particles are among others, `marked`, their marks
+/// are kept. Errors: invalidArgument (no such name, or twice), notFound (the run does not have it).
 Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::string>& names,
                                 const ParticleSource& source, bool marked = false);
 
@@ -84,9 +84,9 @@ class ColumnSample {
     /// What the ranks took, each of rows of its own that ascend with its number, becomes everyone's.
     Status share(Communicator& ranks);
 
-    /// Those that were taken, by ascending row.
+    /// The rows that were taken, ascending.
     const ParticleChunk& rows() const { return chunk_; }
-    /// Of all particles that take part and were read; least above greatest: there was none.
+    /// The weights of all particles that take part and were read; least above greatest: there was none.
     double leastWeight() const { return leastWeight_; }
     double greatestWeight() const { return greatestWeight_; }
 

@@ -9,8 +9,7 @@ Result<LostParticles> parseLostParticles(const std::string& text) {
     if (text.empty() || text == "without") return LostParticles::without;
     if (text == "with") return LostParticles::with;
     if (text == "only") return LostParticles::only;
-    return Error{ErrorCode::invalidArgument, "lost",
-                 fmt::format("\"{}\" is none of without, with and only", text.substr(0, 40))};
+    return invalid("lost", fmt::format("\"{}\" is none of without, with and only", text.substr(0, 40)));
 }
 
 LostParticles lostParticlesOf(const ParticleSource& source, const proto::ParticlesJob& job) {

@@ -16,7 +16,7 @@ enum class LostParticles : std::uint8_t { without, with, only };
 /// Errors: invalidArgument, at "lost".
 Result<LostParticles> parseLostParticles(const std::string& text);
 
-/// What the source has settled, else what the request says; `without` where that is wrong.
+/// What the source has settled, else what the request says; `without` if that is wrong.
 LostParticles lostParticlesOf(const ParticleSource& source, const proto::ParticlesJob& job);
 
 /// Whether a particle with this mark takes part.

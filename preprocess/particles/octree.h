@@ -56,7 +56,7 @@ struct Octree {
 };
 
 /// The range of the densities of leaves, but for those of zero (macro-particles may weigh nothing); empty
-/// where there is no other. A density of few particles says little: of a leaf that holds fewer than
+/// if there is no other. A density of few particles says little: of a leaf that holds fewer than
 /// `counted`, that of the smallest cell around it that holds as many, or of the whole plot, is taken.
 Range densityRange(const Octree& tree);
 inline constexpr std::uint64_t counted = 64;  ///< particles, whose density is right to an eighth

@@ -6,15 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "preprocess/job.h"
 #include "preprocess/kept_notes.h"
 #include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
@@ -26,7 +23,6 @@
 #include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_statistics.h"
-#include "preprocess/readers/particle_source.h"
 #include "protocol/quantity/statistic.h"
 #include "protocol/scene/step_range.h"
 #include "storage/beam/beam_statistics.h"
@@ -157,14 +153,14 @@ Result<std::unique_ptr<ParticleSource>> openDataset(const proto::ParticlesJob& j
     }
     MOTE_ASSIGN_OR_RETURN(auto manifest, storage::readManifest(directory));
     if (!manifest.has_particles()) {
-        return Error{ErrorCode::unsupported, name, "is a dataset without particles"};
+        return unsupported(name, "is a dataset without particles");
     }
     const auto& particles = manifest.particles();
     if (particles.columns().empty()) {
-        return Error{
-            ErrorCode::notFound, name,
+        return notFound(
+            name,
             "has no columns to plot again; make it anew with mote-prep particles, from the files that "
-            "it was made from, without --columns none"};
+            "it was made from, without --columns none");
     }
     const std::string has = particles.lost_particles().empty() ? "without" : particles.lost_particles();
     if (!job.lost().empty() && job.lost() != has) {
@@ -299,9 +295,9 @@ class Job {
     }
 
     Error nothingToPlot() const {
-        return {
-            ErrorCode::notFound, inputs_.empty() ? "" : inputs_.front().string(),
-            "no selected step has a particle to plot: all are lost, not finite or outside the given bounds"};
+        return notFound(
+            inputs_.empty() ? "" : inputs_.front().string(),
+            "no selected step has a particle to plot: all are lost, not finite or outside the given bounds");
     }
 
     void reportStep(std::size_t index, double part, std::string_view what) {
@@ -475,8 +471,8 @@ class Job {
         for (const auto& step : particles.steps()) total += step.particles();
         if (total == 0) return nothingToPlot();
         if (densities_.empty()) {
-            return Error{ErrorCode::corrupt, inputs_.empty() ? "" : inputs_.front().string(),
-                         "all particles weigh nothing, so there is no density to plot"};
+            return corrupt(inputs_.empty() ? "" : inputs_.front().string(),
+                           "all particles weigh nothing, so there is no density to plot");
         }
         particles.set_density_min(densities_.min);
         particles.set_density_max(densities_.max);

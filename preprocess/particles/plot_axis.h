@@ -31,7 +31,7 @@ class PlotAxis {
     /// Whether the means of the step's particles are needed.
     bool needsMeans() const { return quantity_.needsMeans(); }
 
-    /// The value of each of the chunk's particles; not finite where it has none (px/pz at pz = 0). `out` has
+    /// The value of each of the chunk's particles; not finite if it has none (px/pz at pz = 0). `out` has
     /// the chunk's size. Uses all threads of the calling arena.
     void evaluate(const ParticleChunk& chunk, const BeamContext& context, std::span<double> out) const;
 
@@ -44,7 +44,7 @@ using PlotAxes = std::array<PlotAxis, 3>;
 
 /// What a run has of columns, in the order of Column.
 std::vector<Column> columnsOf(const ParticleSource& source);
-/// As it is in messages, datasets and expressions.
+/// The name in messages, datasets and expressions.
 std::string columnName(Column column, const ParticleSource& source);
 
 /// What formulas need of a run, but for its means.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 #include <span>
-#include <string>
 
 #include "preprocess/new_dataset.h"
 #include "preprocess/particles/lost_filter.h"
@@ -113,7 +112,7 @@ Status PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes, st
         } else {
             Range found;
             for (const auto& step : steps_) found = found.united(step.ranges[a]);
-            if (found.empty()) return Error{ErrorCode::notFound, "", ""};
+            if (found.empty()) return notFound("", "");
             MOTE_ASSIGN_OR_RETURN(all_[a], widenedOf(found, axes[a]));
         }
         for (std::size_t step = 0; step < steps; ++step) {

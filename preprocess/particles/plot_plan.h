@@ -33,7 +33,7 @@ inline bool isOfSteps(const proto::Axis& bounds) {
 
 class PlotBounds {
   public:
-    /// Of the next step.
+    /// Takes the bounds of the next step.
     void add(const StepBounds& step) { steps_.push_back(step); }
     /// Ends the search, with that many steps. Errors: notFound, of what "no step has a particle" says;
     /// resourceExhausted, with the axis.

@@ -23,7 +23,7 @@ std::uint32_t drawnOf(const Octree& octree, std::size_t leaf, double fraction) {
     return drawnPoints(fraction, octree.leafPointCount[leaf], octree.level[node], octree.morton[node]);
 }
 
-/// Of `count` parts of [0, 1], the one that holds `at`; what lies outside is in the nearest.
+/// The one of `count` parts of [0, 1] that holds `at`; what lies outside is in the nearest.
 std::size_t partOf(double at, std::size_t count) {
     return static_cast<std::size_t>(
         std::clamp(at * static_cast<double>(count), 0.0, static_cast<double>(count - 1)));

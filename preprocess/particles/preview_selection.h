@@ -39,7 +39,7 @@ class PreviewSelection {
     void add(std::size_t leaf, std::uint32_t first, std::span<const storage::PackedPosition> positions,
              std::vector<PreviewCandidate>& candidates) const;
 
-    /// Of `slices` that are equally wide in the fraction, the one that a candidate is in.
+    /// The one of `slices`, equally wide in the fraction, that a candidate is in.
     std::size_t sliceOf(const PreviewCandidate& candidate, std::size_t slices) const;
 
     /// The candidates of a slice by their fraction; those of equal ones in the order of the lists, and within

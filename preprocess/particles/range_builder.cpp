@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "preprocess/particles/cell_plan.h"
 #include "protocol/scene/mote_check.h"
 #include "storage/manifest.h"
 

@@ -92,7 +92,7 @@ class RangeBuilder {
     std::vector<std::uint64_t> packed_, other_;
     std::vector<std::uint64_t> keys_;  ///< ascending
     std::vector<Particle> sorted_;     ///< as many
-    std::vector<double> weightStore_;  ///< as many, where they differ
+    std::vector<double> weightStore_;  ///< as many, if they differ
     Weights weights_;
     std::vector<LeafPoint> points_;
     std::vector<Shuffled> shuffled_;

@@ -16,7 +16,7 @@
 namespace mote::prep {
 namespace {
 
-/// A file without a name; where the file system has none, one whose name is taken away at once.
+/// A file without a name; if the file system has none, one whose name is taken away at once.
 storage::FileDescriptor namelessFile(const std::filesystem::path& folder) {
     storage::FileDescriptor file(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
     if (file.valid() || (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT)) return file;

@@ -7,19 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstdint>
 #include <cstring>
 #include <numeric>
 #include <span>
-#include <vector>
 
 #include "preprocess/job.h"
 #include "preprocess/on_threads.h"
-#include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/cell_plan.h"
 #include "preprocess/particles/range_builder.h"
-#include "preprocess/particles/record_store.h"
-#include "preprocess/particles/step_reader.h"
 
 namespace mote::prep {
 namespace {

@@ -75,7 +75,7 @@ MeanSums meanSums(const ParticleChunk& chunk, const std::vector<Column>& columns
     return sums;
 }
 
-/// Of blocks, in their order; NaN where none has weight.
+/// The mean over blocks, in their order; NaN if none has weight.
 double meanOf(const std::vector<MeanSum>& blocks) {
     MeanSum total;
     for (const auto& block : blocks) {

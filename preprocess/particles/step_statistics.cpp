@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <numeric>
 #include <span>
 
@@ -57,7 +56,7 @@ class Statistics {
         if (keeps_) kept_.resize((end_ - begin_ + rowsOfChunk - 1) / rowsOfChunk);
     }
 
-    /// All rows once, for who observes them.
+    /// Reads all rows once, for who observes them.
     Status look() {
         if (!request_.observe) return success();
         return agree(ranks_, forEachChunk(source_, request_.step, begin_, end_, read_, *request_.progress,

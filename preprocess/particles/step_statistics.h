@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The statistics of whole steps, from the source's own values, block by block, each rank some of the blocks.
-// What was read is kept for the further passes where the memory holds it. Called from one thread; uses all
+// What was read is kept for the further passes if the memory holds it. Called from one thread; uses all
 // threads of its arena. The same bits for any ranks, threads and memory.
 //
 // RowReader: reads any columns of a range of a step's rows, chunk by chunk: one thread reads while others
@@ -40,8 +40,8 @@ struct StatisticsRequest {
     std::function<void(const ParticleChunk&)> observe = {};
 };
 
-/// By mote::statistics(), of the particles that take part; the source's own where it has them. Errors:
-/// the source's own, cancelled; the same on all ranks.
+/// The values of mote::statistics(), of the particles that take part; the source's own if it has them.
+/// Errors: the source's own, cancelled; the same on all ranks.
 Result<std::vector<double>> stepStatistics(const StatisticsRequest& request);
 
 }  // namespace mote::prep

@@ -10,7 +10,6 @@
 #include <limits>
 #include <numeric>
 
-#include "preprocess/job.h"
 #include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/stipple/periodic_triangulation.h"

@@ -21,7 +21,7 @@ namespace mote::prep {
 /// Points on the unit square, neighbours in the list near each other. At least one.
 std::vector<glm::dvec2> stratifiedPoints(std::uint32_t points, std::uint64_t seed);
 
-/// One step of Lloyd's method on the periodic square, each point going `relaxation` times the way to its
+/// Does one step of Lloyd's method on the periodic square, each point going `relaxation` times the way to its
 /// cell's centroid. The same on any number of threads.
 std::vector<glm::dvec2> relaxOnce(const std::vector<glm::dvec2>& points, double relaxation);
 

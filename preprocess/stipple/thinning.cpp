@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 #include "preprocess/stipple/periodic_triangulation.h"
 

@@ -22,7 +22,7 @@ namespace mote::prep {
 /// index. A binary heap that knows where each point is in it. A value; one thread.
 class AreaQueue {
   public:
-    /// All points with their areas.
+    /// Holds all points with their areas.
     explicit AreaQueue(std::vector<double> areas);
 
     bool empty() const { return heap_.empty(); }

@@ -7,16 +7,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdint>
-#include <filesystem>
 #include <utility>
 
 #include "preprocess/draft_file.h"
-#include "preprocess/synth/channel_plan.h"
 #include "preprocess/synth/openpmd_writer.h"
 #include "preprocess/synth/tracker.h"
 #include "protocol/scene/check.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 namespace {
@@ -113,10 +109,10 @@ Status writeBeamRun(const ChannelPlan& plan, const BeamRun& run, const std::file
 Status synthesizeBeam(const proto::SynthBeamJob& job, const std::filesystem::path& output,
                       Progress& progress) {
     if (job.particles() < 1 || job.particles() > mostParticles) {
-        return Error{ErrorCode::invalidArgument, "synthBeam.particles", "must be 1 to 100000000000"};
+        return invalid("synthBeam.particles", "must be 1 to 100000000000");
     }
     if (job.steps() < 1 || job.steps() > mostSteps) {
-        return Error{ErrorCode::invalidArgument, "synthBeam.steps", "must be 1 to 10000"};
+        return invalid("synthBeam.steps", "must be 1 to 10000");
     }
     MOTE_ASSIGN_OR_RETURN(const auto mismatch,
                           checkRange(job.has_mismatch() ? job.mismatch() : defaultMismatch, leastMismatch,

@@ -96,8 +96,7 @@ Result<ChannelPlan> planChannel(const BeamDesign& design, std::uint32_t steps) {
         PlanDump& dump = plan.dumps.emplace_back();
         dump.slice = slice;
         if (!planner.reach(dump)) {
-            return Error{ErrorCode::invalidArgument, "mismatch",
-                         "the core of the beam does not stay together"};
+            return invalid("mismatch", "the core of the beam does not stay together");
         }
     }
     plan.flattest = planner.flattest();

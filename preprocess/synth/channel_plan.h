@@ -47,7 +47,7 @@ inline constexpr int channelPeriods = 40;
 
 /// `steps` dumps (1 to 10^6): the first at the start, the last at the end of channelPeriods periods, the
 /// others evenly between, on slices; where there are more dumps than slices, slices are divided. A single
-/// step is the end: the beam with its halo. Errors: invalidArgument where the design has no matched beam or
+/// step is the end: the beam with its halo. Errors: invalidArgument if the design has no matched beam or
 /// its core does not stay together.
 Result<ChannelPlan> planChannel(const BeamDesign& design, std::uint32_t steps);
 

@@ -66,7 +66,7 @@ class EnvelopeModel {
     Envelope advance(Envelope envelope, double begin, double end, double step) const;
 
     /// The envelope at the start of a period that repeats after it, to 1e-12 relative, by Newton's method.
-    /// Error: invalidArgument where the design has none.
+    /// Error: invalidArgument if the design has none.
     Result<Envelope> matched() const;
 
     /// Phase advance of a particle inside a matched core over one period, rad (depressed by space charge).

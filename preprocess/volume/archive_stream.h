@@ -8,11 +8,11 @@
 
 namespace mote::prep {
 
-/// Its checksum, where it has one, is looked at where it is read in order to its end. Errors: those of
+/// Its checksum, if it has one, is looked at where it is read in order to its end. Errors: those of
 /// ArrayBytes::open; reading: those of ArrayBytes::read.
 Result<ByteStreamPtr> archiveStream(const ArrayBytes::Part& part);
 
-/// Reads all of a stream for its checksum, where only a part of it is needed, and goes back to its beginning.
+/// Reads all of a stream for its checksum, if only a part of it is needed, and goes back to its beginning.
 /// Errors: those of reading.
 Status checkWhole(ByteStream& stream);
 

@@ -7,9 +7,6 @@
 #include <array>
 #include <limits>
 #include <string_view>
-#include <vector>
-
-#include "preprocess/readers/text/byte_source.h"
 
 namespace mote::prep {
 namespace {

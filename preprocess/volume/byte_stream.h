@@ -25,20 +25,20 @@ class ByteStream {
     virtual std::string name() const = 0;  ///< of the file, for errors
     /// Whether going back means to read again from the beginning.
     virtual bool sequential() const = 0;
-    /// How many bytes there are, where that is known without reading them.
+    /// How many bytes there are, if that is known without reading them.
     virtual std::optional<std::uint64_t> size() const = 0;
-    /// No more bytes than this can come out; size() where that is known.
+    /// No more bytes than this can come out; size() if that is known.
     virtual std::uint64_t mostBytes() const = 0;
     /// Fills as much of `bytes` as there is; less only at the end. Errors: corrupt (damaged or cut data),
     /// resourceExhausted, internal.
     virtual Result<std::size_t> read(std::span<char> bytes) = 0;
-    /// What is read next; the end where `offset` lies behind it. Errors as of read.
+    /// What is read next; the end if `offset` lies behind it. Errors as of read.
     virtual Status seek(std::uint64_t offset) = 0;
 };
 
 using ByteStreamPtr = std::unique_ptr<ByteStream>;
 
-/// A stream that only goes forward, and begins anew where earlier bytes are wanted.
+/// A stream that only goes forward, and begins anew if earlier bytes are wanted.
 class ForwardStream : public ByteStream {
   public:
     bool sequential() const final { return true; }
@@ -54,7 +54,7 @@ class ForwardStream : public ByteStream {
     std::uint64_t position_ = 0;
 };
 
-/// A regular file, decompressed where it is gzipped. Errors: notFound, permissionDenied, unsupported (not a
+/// A regular file, decompressed if it is gzipped. Errors: notFound, permissionDenied, unsupported (not a
 /// regular file), internal.
 Result<ByteStreamPtr> fileStream(const std::filesystem::path& path);
 
@@ -68,7 +68,7 @@ Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed, Inflater::Form fo
 /// The most bytes that `bytes` of deflate data can become.
 std::uint64_t mostInflated(std::uint64_t bytes);
 
-/// Its first bytes, at most `limit` of them; the stream stands behind them. Errors as of read.
+/// Reads its first bytes, at most `limit` of them; the stream stands behind them. Errors as of read.
 Result<std::string> readHead(ByteStream& stream, std::size_t limit);
 
 /// The bytes that `text` stands for, to its end or to a '<'; blanks and line ends are stepped over. Groups

@@ -9,7 +9,6 @@
 #include <system_error>
 
 #include "preprocess/readers/text/number.h"
-#include "preprocess/volume/volume_shape.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
@@ -20,10 +19,10 @@ namespace fs = std::filesystem;
 constexpr std::size_t mostDataFiles = VolumeShape::maxDimension;
 
 Error tooMany(const std::string& where) {
-    return {ErrorCode::corrupt, where, fmt::format("names more than {} data files", mostDataFiles)};
+    return corrupt(where, fmt::format("names more than {} data files", mostDataFiles));
 }
 
-/// "slice%03d.raw" and 7: "slice007.raw". "" where it has no place for a number.
+/// "slice%03d.raw" and 7: "slice007.raw". "" if it has no place for a number.
 std::string numbered(std::string_view pattern, std::uint64_t number) {
     const std::size_t percent = pattern.find('%');
     const std::size_t letter = pattern.find_first_not_of("0123456789", percent + 1);
@@ -69,7 +68,7 @@ Result<std::vector<std::string>> listedNames(std::string_view list, const std::s
     return names;
 }
 
-/// The path that `name` stands for, where the header may name it.
+/// The path that `name` stands for, if the header may name it.
 Result<fs::path> permitted(const fs::path& header, const std::string& name) {
     const std::string where = header.filename().string();
     std::error_code code;
@@ -148,9 +147,8 @@ class FileSeries : public ByteStream {
     }
 
     Error wrongLength(const std::string& held) const {
-        return {ErrorCode::corrupt, name(),
-                fmt::format("its share of the volume in {} is {} bytes, and it holds {}",
-                            header_.filename().string(), bytesOfFile_, held)};
+        return corrupt(name(), fmt::format("its share of the volume in {} is {} bytes, and it holds {}",
+                                           header_.filename().string(), bytesOfFile_, held));
     }
 
     Status open(std::size_t index) {
@@ -173,7 +171,7 @@ class FileSeries : public ByteStream {
 
 constexpr std::size_t maxNumbers = 64;
 
-/// Of what is compressed, all must come out once.
+/// Counts the bytes; of what is compressed, all must come out once.
 Result<std::uint64_t> lengthOf(ByteStream& file) {
     if (const auto size = file.size()) return *size;
     std::vector<char> block(std::size_t{1} << 20);

@@ -22,7 +22,7 @@
 namespace mote::prep {
 
 /// The files that a header names: by `field`, one name, or a pattern with its least and greatest number and
-/// their step ("slice%03d.raw 1 99 1"; one below 0 counts down), or, where `field` begins with LIST, by the
+/// their step ("slice%03d.raw 1 99 1"; one below 0 counts down), or, if `field` begins with LIST, by the
 /// lines of `list`. Errors, at `where`: corrupt (no file; more than VolumeShape::maxDimension).
 Result<std::vector<std::string>> dataFileNames(std::string_view field, std::string_view list,
                                                const std::string& where);
@@ -38,7 +38,7 @@ struct DataFiles {
     std::vector<std::string> names;  ///< none: the data follow the header
 };
 
-/// All numbers, `bytes` of them, one file after the other; each file has the same share of them and is
+/// Gives all numbers, `bytes` of them, one file after the other; each file has the same share of them and is
 /// unwrapped. Errors: permissionDenied (a file of another folder), corrupt (a file of another length), those
 /// of fileStream and `unwrap`.
 Result<ByteStreamPtr> dataStream(DataFiles files, std::uint64_t bytes, const Unwrap& unwrap);
@@ -61,20 +61,20 @@ class HeaderFields {
     /// Case and blanks of a name do not matter. Errors: corrupt (a field that is there already).
     Status add(std::string_view name, std::string_view value);
     bool has(std::string_view name) const { return fields_.contains(plain(name)); }
-    /// "" where there is no such field.
+    /// "" if there is no such field.
     std::string_view text(std::string_view name) const;
-    /// All numbers of a field, blanks between them; empty where there is no such field. Errors: corrupt (no
+    /// All numbers of a field, blanks between them; empty if there is no such field. Errors: corrupt (no
     /// number; more than 64 of them).
     Result<std::vector<double>> numbers(std::string_view name) const;
-    /// Exactly `count` finite numbers. Errors: corrupt.
+    /// Returns exactly `count` finite numbers. Errors: corrupt.
     Result<std::vector<double>> numbers(std::string_view name, std::size_t count) const;
     /// All numbers of a field, whole and not negative. Errors: corrupt.
     Result<std::vector<std::uint64_t>> wholeNumbers(std::string_view name) const;
-    /// One such number; `otherwise` where there is no such field. Errors: corrupt.
+    /// Returns one such number; `otherwise` if there is no such field. Errors: corrupt.
     Result<std::uint64_t> wholeNumber(std::string_view name, std::uint64_t otherwise) const;
     /// Case does not matter. Errors: unsupported (none of `names`).
     Result<ScalarType> type(std::string_view name, std::span<const ScalarTypeName> names) const;
-    /// A field that says yes or no, "True" or "1"; `otherwise` where there is none.
+    /// A field that says yes or no, "True" or "1"; `otherwise` if there is none.
     bool flag(std::string_view name, bool otherwise) const;
 
     const std::string& file() const { return file_; }

@@ -146,7 +146,7 @@ class MetaReader {
     }
 
     /// The world is ITK's: left, posterior, superior. AnatomicalOrientation says once more what the matrix
-    /// does, by where the axes come from; where there is no matrix, ITK does not look at it either.
+    /// does, by where the axes come from; if there is no matrix, ITK does not look at it either.
     void readSpace(bool directed) {
         const auto said = fields_.text("AnatomicalOrientation");
         header_.shape.space = "left-posterior-superior";

@@ -85,7 +85,7 @@ class MrcReader {
         return made;
     }
 
-    /// By the machine stamp; where that is none, by which order makes the mode and the axes sensible.
+    /// Finds it by the machine stamp; if that is none, by which order makes the mode and the axes sensible.
     Status findOrder() {
         const auto stamp = static_cast<unsigned char>(bytes_[stampAt]);
         big_ = stamp == 0x11;

@@ -67,7 +67,7 @@ class FortranStream : public ByteStream {
         return corrupt(name(), "ends before its last value");
     }
 
-    /// Of the value that is number `index` in C order.
+    /// The place of the value that is number `index` in C order.
     std::size_t placeOf(std::uint64_t index) const {
         std::array<std::uint64_t, 4> indices{};
         for (std::size_t i = shape_.size(); i-- > 0;) {
@@ -157,12 +157,12 @@ Result<ScalarType> typeOf(const NpyArray& array) {
 /// Volumes, z, y, x.
 Result<std::array<std::uint64_t, 4>> shapeOf(const NpyArray& array) {
     if (!isVolume(array)) {
-        return Error{
-            ErrorCode::unsupported, array.part.where,
+        return unsupported(
+            array.part.where,
             fmt::format(
                 "is an array of {}: a volume has three dimensions, z, y and x, or a fourth before them "
                 "that counts volumes",
-                shapeText(array))};
+                shapeText(array)));
     }
     std::array<std::uint64_t, 4> shape{1, 1, 1, 1};
     std::copy_backward(array.header.shape.begin(), array.header.shape.end(), shape.end());

@@ -89,13 +89,13 @@ struct VolumeReader {
     Result<VolumeParts> (*parts)(const VolumeStep& step, Progress& progress) = nullptr;
 };
 
-/// Of a format whose header says how many volumes there are.
+/// Counts the volumes of a format whose header says how many there are.
 template <Result<VolumeParts> (*parts)(const std::filesystem::path& path)>
 Result<VolumeParts> partsOf(const VolumeStep& step, Progress&) {
     return parts(step.input);
 }
 
-/// Of a reader that needs the file and the field alone.
+/// Opens by a reader that needs the file and the field alone.
 template <Source (*open)(const std::filesystem::path& path, const std::string& field)>
 Source openField(const VolumeStep& step, Progress&) {
     return open(step.input, step.options.field());

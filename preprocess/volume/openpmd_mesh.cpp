@@ -61,10 +61,10 @@ constexpr std::array<KnownUnit, 6> knownUnits{{{{1, 1, -3, -1, 0, 0, 0}, "V/m"},
                                                {{2, 1, -3, -1, 0, 0, 0}, "V"}}};
 
 Error noneOf(const std::string& where, const std::string& what, const std::vector<std::string>& there) {
-    return {ErrorCode::notFound, where,
-            there.empty() ? what + "; it holds none"
-                          : fmt::format("{}; there {} {}", what, there.size() == 1 ? "is" : "are",
-                                        fmt::join(there, ", "))};
+    return notFound(where, there.empty()
+                               ? what + "; it holds none"
+                               : fmt::format("{}; there {} {}", what, there.size() == 1 ? "is" : "are",
+                                             fmt::join(there, ", ")));
 }
 
 Result<OpenpmdIteration> chosenIteration(const H5File& file, const OpenpmdLayout& layout,
@@ -137,7 +137,7 @@ Result<Found> findField(const H5File& file, const H5Object& meshes, const MeshFi
                        "is a constant, or more than numbers on a mesh: there is nothing to draw");
 }
 
-/// As many finite numbers as there are axes.
+/// Reads as many finite numbers as there are axes.
 Result<std::vector<double>> perAxis(const H5Object& object, const char* name, std::size_t axes,
                                     std::optional<double> missing) {
     MOTE_ASSIGN_OR_RETURN(auto values, numbersAttribute(object, name));
@@ -271,8 +271,7 @@ constexpr std::uint64_t mostModeBytes = std::uint64_t{1} << 30;  // as doubles
 constexpr double degree = std::numbers::pi / 180.0;
 
 Error wrongField(const std::string& text) {
-    return {ErrorCode::invalidArgument, "field",
-            fmt::format("\"{:.60}\" is not [ITERATION:]RECORD[/COMPONENT][@DEGREES]", text)};
+    return invalid("field", fmt::format("\"{:.60}\" is not [ITERATION:]RECORD[/COMPONENT][@DEGREES]", text));
 }
 
 template <class Number>
@@ -455,7 +454,7 @@ class ModesVolume final : public MeshVolume {
         return setPlace(steps, origin);
     }
 
-    /// Of a node across the axis, m: none lies on it, so that an angle is there.
+    /// The place of a node across the axis, m: none lies on it, so that an angle is there.
     double placeOf(std::size_t node) const {
         return (static_cast<double>(node) - static_cast<double>(nr_) + 0.5) * r().spacing;
     }

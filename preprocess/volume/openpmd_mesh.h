@@ -35,11 +35,11 @@ bool beginsAsHdf5(std::string_view bytes);
 /// Whether the file has openPMD's mark. Errors: as H5File::open.
 Result<bool> holdsOpenpmd(const std::filesystem::path& path);
 
-/// The field's names of all iterations of a file, each a step, in order; its own where it names one or there
+/// The field's names of all iterations of a file, each a step, in order; its own if it names one or there
 /// is only one. Errors: as openOpenpmdMesh.
 Result<std::vector<std::string>> meshSteps(const std::filesystem::path& path, const std::string& field);
 
-/// The names of the fields of a file's first iteration, without it; none where it has not openPMD's mark.
+/// The names of the fields of a file's first iteration, without it; none if it has not openPMD's mark.
 /// Errors: notFound (it holds no meshes), corrupt, those of H5File.
 Result<std::vector<std::string>> meshFields(const std::filesystem::path& path);
 

@@ -124,9 +124,8 @@ Result<std::vector<fs::path>> pictureFiles(const fs::path& input) {
                      "cannot be read: " + code.message()};
     }
     if (files.empty()) {
-        return Error{
-            ErrorCode::notFound, pattern,
-            whole ? "is a folder without DICOM files, PNG or TIFF pictures" : "no file has a name like this"};
+        return notFound(pattern, whole ? "is a folder without DICOM files, PNG or TIFF pictures"
+                                       : "no file has a name like this");
     }
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
         return naturallyLess(a.filename().string(), b.filename().string());

@@ -149,10 +149,10 @@ Status readImageJ(const PictureSpec& first, std::size_t pages, const std::string
     if (told == 1.0) stack.slices = images;
     const bool fits = told == 1.0 || told == static_cast<double>(images);
     if (!fits || (images != pages && pages != 1)) {
-        return Error{
-            ErrorCode::corrupt, where,
+        return corrupt(
+            where,
             fmt::format("ImageJ says {} channels, {} slices, {} frames and {} images, and there are {} pages",
-                        stack.channels, stack.slices, stack.frames, images, pages)};
+                        stack.channels, stack.slices, stack.frames, images, pages));
     }
     if (pages == 1 && images > 1) stack.contiguous = images;
     const std::string_view unit = wordOf(words, "unit");
@@ -224,7 +224,7 @@ class PlaneOrder {
     std::size_t places() const {
         return static_cast<std::size_t>(stack_.channels * stack_.slices * stack_.frames);
     }
-    /// Of the plane behind so many others.
+    /// The place of the plane behind so many others.
     std::size_t place(std::uint64_t plane) const {
         std::uint64_t at[3] = {0, 0, 0};  // c, z, t
         for (const char axis : order_) {
@@ -305,10 +305,10 @@ Status readOme(const PictureSpec& first, std::size_t pages, const std::string& w
     const double told = static_cast<double>(stack.channels) * static_cast<double>(stack.slices) *
                         static_cast<double>(stack.frames);
     if (told > static_cast<double>(pages)) {
-        return Error{
-            ErrorCode::corrupt, where,
+        return corrupt(
+            where,
             fmt::format("its OME text says {} channels, {} slices and {} frames, and there are {} pages",
-                        stack.channels, stack.slices, stack.frames, pages)};
+                        stack.channels, stack.slices, stack.frames, pages));
     }
     MOTE_RETURN_IF_ERROR(placePages(ome, pages, where, stack));
     if (ome.images > 1) {
@@ -367,8 +367,8 @@ Status readShape(const PictureSpec& first, std::size_t pages, const std::string&
     return success();
 }
 
-/// Of a file of so many pages, of which `first` is the head of the first one. Errors, at `where`: corrupt (it
-/// tells of other pages than there are), unsupported (pages in other files).
+/// Describes a file of so many pages, of which `first` is the head of the first one. Errors, at `where`:
+/// corrupt (it tells of other pages than there are), unsupported (pages in other files).
 Result<StackDescription> describeStack(const PictureSpec& first, std::size_t pages,
                                        const std::string& where) {
     StackDescription stack;
@@ -472,11 +472,11 @@ class PictureStack : public VolumeSource {
     /// ImageJ writes what is larger than 4 GiB as one page, the others' numbers behind its own.
     bool isContiguous() const { return stack_.contiguous > 0; }
     Error contiguousError() const {
-        return {
-            ErrorCode::unsupported, name(0),
+        return unsupported(
+            name(0),
             fmt::format("has {} pictures behind one page, as ImageJ writes large stacks, which is not read: "
                         "save it as pages, or as NRRD",
-                        stack_.contiguous)};
+                        stack_.contiguous));
     }
 
   private:
@@ -484,11 +484,11 @@ class PictureStack : public VolumeSource {
         const auto told = describeStack(first_, files_.size(), name(0));
         if (told.ok() && told->channels * told->frames == 1) stack_ = *told;
         if (told.ok() && told->channels * told->frames > 1) {
-            return Error{
-                ErrorCode::unsupported, name(0),
+            return unsupported(
+                name(0),
                 fmt::format("tells of {} channels and {} frames, and it is not known which of the {} "
                             "files is which: name those of one channel by a pattern",
-                            told->channels, told->frames, files_.size())};
+                            told->channels, told->frames, files_.size()));
         }
         if (!told.ok()) {
             PictureSpec bare = first_;
@@ -528,10 +528,10 @@ class PictureStack : public VolumeSource {
         if (!opened) return opened.error();
         picture_ = std::move(opened).value();
         if (files_.size() == 1 || picture_->pages() == 1) return success();
-        return Error{
-            ErrorCode::unsupported, path.filename().string(),
+        return unsupported(
+            path.filename().string(),
             fmt::format("has {} pages and is one of several files: a volume is either pages or files",
-                        picture_->pages())};
+                        picture_->pages()));
     }
 
     /// Colours are one value, their luminance, as long as none of them is asked for.
@@ -589,11 +589,11 @@ class PictureStack : public VolumeSource {
     Status checkLikeFirst(std::size_t page) const {
         const PictureSpec& spec = picture_->spec();
         if (spec.isLike(first_)) return success();
-        return Error{
-            ErrorCode::corrupt, name(page),
+        return corrupt(
+            name(page),
             fmt::format("is {} x {} with {} channels of {}; the first picture is {} x {} with {} of {}",
                         spec.width, spec.height, spec.samples, spec.numbers, first_.width, first_.height,
-                        first_.samples, first_.numbers)};
+                        first_.samples, first_.numbers));
     }
 
     Status readSlice(std::span<float> values) {
@@ -604,7 +604,7 @@ class PictureStack : public VolumeSource {
         });
     }
 
-    /// One value a pixel: luminance as of ITU-R BT.709, or one of its numbers.
+    /// Keeps one value a pixel: luminance as of ITU-R BT.709, or one of its numbers.
     void keepOne(std::span<const float> pixels, std::span<float> values) const {
         const std::size_t step = first_.samples;
         for (std::size_t i = 0; i < values.size(); ++i) {

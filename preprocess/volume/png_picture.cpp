@@ -109,9 +109,8 @@ class PngPicture : public PictureFile {
 
   private:
     Status unreadable() const {
-        return Error{
-            ErrorCode::corrupt, name_,
-            "cannot be read: " + (reader_->message.empty() ? "no reason is known" : reader_->message)};
+        return corrupt(
+            name_, "cannot be read: " + (reader_->message.empty() ? "no reason is known" : reader_->message));
     }
 
     Status readSpec() {

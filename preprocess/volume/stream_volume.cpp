@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <vector>
 
 #include "preprocess/readers/text/number.h"
 
@@ -63,7 +62,7 @@ class NumberStream : public ForwardStream {
     }
 
   private:
-    /// Reads on until the buffer's first word is whole. False where there is none.
+    /// Reads on until the buffer's first word is whole. False if there is none.
     Result<bool> nextNumber() {
         while (true) {
             while (begin_ < end_ && separates(buffer_[begin_])) ++begin_;
@@ -135,9 +134,9 @@ Result<std::unique_ptr<VolumeSource>> StreamVolume::make(std::string format, Vol
 
 Error StreamVolume::contradiction(const std::string& held) const {
     const auto parts = parts_.count() == 1 ? "" : fmt::format(", {} times", parts_.count());
-    return {ErrorCode::corrupt, stream_->name(),
-            fmt::format("its dimensions {} x {} x {} of {}{} are {} bytes, and it holds {}", shape_.nx,
-                        shape_.ny, shape_.nz, name(samples_.type), parts, neededBytes(), held)};
+    return corrupt(stream_->name(),
+                   fmt::format("its dimensions {} x {} x {} of {}{} are {} bytes, and it holds {}", shape_.nx,
+                               shape_.ny, shape_.nz, name(samples_.type), parts, neededBytes(), held));
 }
 
 std::string StreamVolume::behind(std::uint64_t bytes) const {
@@ -188,9 +187,9 @@ Status StreamVolume::decode(std::span<char> bytes, std::span<float> values) {
     }
     const auto number = rounded_ ? std::nullopt : inexactNumber(bytes, samples_);
     if (number && bytesOf(samples_.type) == 8) {
-        return Error{
-            ErrorCode::unsupported, stream_->name(),
-            fmt::format("holds the 64-bit integer {}, which has more digits than a float keeps", *number)};
+        return unsupported(
+            stream_->name(),
+            fmt::format("holds the 64-bit integer {}, which has more digits than a float keeps", *number));
     }
     if (number) {
         rounded_ = true;
@@ -231,10 +230,10 @@ Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& 
     const std::string typeName = options.type().empty() ? "u8" : options.type();
     const auto type = scalarType(typeName);
     if (!type) {
-        return Error{
-            ErrorCode::invalidArgument, "type",
+        return invalid(
+            "type",
             fmt::format("\"{:.20}\" is none of u8, i8, u16, i16, u32, i32, u64, i64, f16, f32 and f64",
-                        typeName)};
+                        typeName));
     }
     samples.type = *type;
     VolumeShape shape;

@@ -24,7 +24,7 @@ class StreamVolume : public VolumeSource {
 
     /// Holds the shape against the stream's length before anything is read; the stream has all `parts`. Bytes
     /// behind the last value, fewer than a slice has, are a note. Errors: corrupt (the stream is too short,
-    /// or too long where it should end).
+    /// or too long if it should end).
     static Result<std::unique_ptr<VolumeSource>> make(std::string format, VolumeShape shape,
                                                       const SampleFormat& samples, ByteStreamPtr stream,
                                                       Ending ending = Ending::end,
@@ -72,7 +72,7 @@ Result<VolumeParts> partsOfHeader(const std::filesystem::path& path) {
 }
 
 /// Eight bytes, the machine's own double, for each number of `text`; between them stand blanks, line ends or
-/// commas. They end with the text or, in XML, at a '<'. Reading: corrupt where a word is no number.
+/// commas. They end with the text or, in XML, at a '<'. Reading: corrupt if a word is no number.
 ByteStreamPtr numberStream(ByteStreamPtr text);
 
 /// The file may be gzipped. Errors: invalidArgument (options that are missing or wrong), corrupt (another

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bytes of data that the process has mapped; 0 where that is not known.
+/// Bytes of data that the process has mapped; 0 if that is not known.
 std::uint64_t mappedData() {
     std::ifstream file("/proc/self/statm");
     std::uint64_t size = 0, resident = 0, shared = 0, text = 0, library = 0, data = 0;
@@ -74,7 +74,7 @@ std::optional<ScalarType> typeOf(const openvdb::GridBase& grid) {
     return std::nullopt;
 }
 
-/// Of OpenVDB's word for a type, "vec3s".
+/// The components of OpenVDB's word for a type, "vec3s".
 std::uint64_t componentsOf(std::string_view type) {
     constexpr std::string_view vector = "vec";
     const bool several =
@@ -105,7 +105,7 @@ class GridReader : public openvdb::io::Archive {
         left_ = readGridCount(file_);
     }
 
-    /// Goes to the next grid and reads what stands before its nodes. False where there is none.
+    /// Goes to the next grid and reads what stands before its nodes. False if there is none.
     bool next() {
         if (left_ <= 0) return false;
         --left_;
@@ -249,9 +249,8 @@ class VdbVolume : public VolumeSource {
                                         reader.grid()->valueType()));
         }
         if (refused) return *refused;
-        return Error{
-            ErrorCode::notFound, name_,
-            field.empty() ? "holds no grid" : fmt::format("holds no grid of the name \"{:.40}\"", field)};
+        return notFound(name_, field.empty() ? "holds no grid"
+                                             : fmt::format("holds no grid of the name \"{:.40}\"", field));
     }
 
     Status setShape(const openvdb::GridBase& grid) {
@@ -310,7 +309,7 @@ class VdbVolume : public VolumeSource {
         });
     }
 
-    Error changed() const { return {ErrorCode::corrupt, name_, "has changed while it was read"}; }
+    Error changed() const { return corrupt(name_, "has changed while it was read"); }
 
     fs::path path_;
     std::string name_;

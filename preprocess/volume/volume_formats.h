@@ -22,8 +22,8 @@ namespace mote::prep {
 /// Whether an input names several files: a folder, or a name with * or ? that no file has.
 bool namesPictures(const std::filesystem::path& input);
 
-/// Its PNG and TIFF files, by their endings, or all files of such names, in natural order. Errors: notFound
-/// (none), corrupt (numbers leave one out), resourceExhausted (more than VolumeShape::maxDimension),
+/// Finds its PNG and TIFF files, by their endings, or all files of such names, in natural order. Errors:
+/// notFound (none), corrupt (numbers leave one out), resourceExhausted (more than VolumeShape::maxDimension),
 /// permissionDenied, internal.
 Result<std::vector<std::filesystem::path>> pictureFiles(const std::filesystem::path& input);
 
@@ -56,7 +56,7 @@ bool beginsAsVdb(std::string_view bytes);
 /// (vectors, points, a transform that is not linear), corrupt, those of fileStream.
 Result<std::unique_ptr<VolumeSource>> openVdb(const std::filesystem::path& path, const std::string& field);
 
-/// All grids, that which is read without a name first. Errors: corrupt, those of fileStream.
+/// Lists all grids, that which is read without a name first. Errors: corrupt, those of fileStream.
 Result<std::vector<VolumeField>> vdbFields(const std::filesystem::path& path);
 
 // How many volumes a file has, partsOf..., is what its header says. Errors: those of opening it.
@@ -93,7 +93,7 @@ Result<std::unique_ptr<VolumeSource>> openNpy(const std::filesystem::path& path,
 /// The arrays of an archive that are volumes or series of them. Errors: those of openNpyArrays.
 Result<std::vector<VolumeField>> npyFields(const std::filesystem::path& path);
 
-/// The fields of all volumes of the array, where `field` leaves open which. Errors: as openNpy.
+/// The fields of all volumes of the array, if `field` leaves open which. Errors: as openNpy.
 Result<std::vector<std::string>> npySteps(const std::filesystem::path& path, const std::string& field);
 
 bool beginsAsNrrd(std::string_view bytes);

@@ -24,7 +24,7 @@ namespace {
 constexpr std::array<std::array<std::string_view, 2>, 3> directions{
     {{"right", "left"}, {"anterior", "posterior"}, {"superior", "inferior"}}};
 
-/// By axis, 1 where a patient's space goes as RAS does and -1 where it goes the other way.
+/// The sign of each axis, 1 if a patient's space goes as RAS does and -1 if it goes the other way.
 std::optional<glm::dvec3> signsOf(std::string_view space) {
     glm::dvec3 signs(0.0);
     for (std::size_t axis = 0; axis < 3; ++axis) {

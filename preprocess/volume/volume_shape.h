@@ -39,11 +39,11 @@ struct SampleFormat {
     double slope = 1.0, intercept = 0.0;  ///< finite
 };
 
-/// `bytes` holds values.size() numbers. Where slope and intercept are 1 and 0, each value is the number
+/// `bytes` holds values.size() numbers. If slope and intercept are 1 and 0, each value is the number
 /// rounded to the nearest float; else it is computed in double and rounded once.
 void decodeSamples(std::span<const char> bytes, const SampleFormat& format, std::span<float> values);
 /// The first of the numbers, of integers of 32 and 64 bits, that a float (with a slope: a double) is not.
-/// Those of 64 bits are read where that is none; those of 32 are rounded.
+/// Those of 64 bits are read if that is none; those of 32 are rounded.
 std::optional<std::string> inexactNumber(std::span<const char> bytes, const SampleFormat& format);
 
 struct VolumeShape {
@@ -55,13 +55,13 @@ struct VolumeShape {
     /// The map from voxel indices (the centre of the first voxel is 0, 0, 0) to the file's own world;
     /// invertible.
     glm::dmat4 indexToWorld{1.0};
-    std::string worldUnit;  ///< of a length in the world: "mm"; "" where the file does not say
-    std::string valueUnit;  ///< of a value: "HU"; "" where the file does not say
+    std::string worldUnit;  ///< of a length in the world: "mm"; "" if the file does not say
+    std::string valueUnit;  ///< of a value: "HU"; "" if the file does not say
     /// The frame of the file's world as NRRD names it, "left-posterior-superior" or "3d-left-handed"; ""
-    /// where the file does not say.
+    /// if the file does not say.
     std::string space;
     std::string worldSpace = {};          ///< of indexToWorld: "ras" or "lps"; "": the file's own
-    std::optional<double> time = {};      ///< of the volume, s, where the file says it
+    std::optional<double> time = {};      ///< of the volume, s, if the file says it
     std::vector<std::string> notes = {};  ///< what was assumed or left out, a sentence each
 
     std::uint64_t voxelsOfSlice() const { return std::uint64_t{nx} * ny; }
@@ -78,7 +78,7 @@ Status setDimensions(VolumeShape& shape, std::uint64_t nx, std::uint64_t ny, std
 Status setPlacement(VolumeShape& shape, const glm::dmat3& axes, const glm::dvec3& origin,
                     const std::string& where);
 
-/// `text` where it may be a unit: at most 16 printable characters; else "".
+/// `text` if it may be a unit: at most 16 printable characters; else "".
 std::string unitText(std::string_view text);
 
 /// Text of a file as it may stand in a message: what is not printable ASCII becomes '?'.
@@ -98,7 +98,7 @@ struct VolumeParts {
 /// resourceExhausted (more than can be counted).
 Result<VolumeParts> chooseParts(std::string_view field, VolumeParts parts, const std::string& where);
 
-/// The fields of all volumes, where `field` leaves open which; else `field` alone.
+/// The fields of all volumes, if `field` leaves open which; else `field` alone.
 std::vector<std::string> fieldsOfSeries(const std::string& field, const VolumeParts& parts);
 
 /// NRRD's name of a space in its long form, "left-posterior-superior" of "LPS" or "LPST"; others in lower

@@ -26,7 +26,7 @@ class VolumeSource {
     virtual ~VolumeSource() = default;
     virtual std::string format() const = 0;  ///< as in --format
     virtual const VolumeShape& shape() const = 0;
-    /// Of the volume, s, where the file says it.
+    /// The time of the volume, s, if the file says it.
     virtual std::optional<double> time() const { return shape().time; }
     /// What was found only while values were read, a sentence each, told once.
     virtual std::vector<std::string> takeNotes() { return {}; }
@@ -79,9 +79,9 @@ VolumeFields volumeFields(const proto::VolumeSourceOptions& options, const std::
 /// What tells a format, as of VolumeSource::format, for people: "its first bytes NRRD".
 std::string_view toldOfVolume(std::string_view format);
 
-/// One for each input, but for files of several volumes and openPMD's of several iterations, which are a step
-/// each, and files of one DICOM picture each, which are one together. Errors: as openVolumeSource, of
-/// openPMD's.
+/// Makes a step of each input, but for files of several volumes and openPMD's of several iterations, which
+/// are a step each, and files of one DICOM picture each, which are one together. Errors: as openVolumeSource,
+/// of openPMD's.
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
                                             const std::vector<std::filesystem::path>& inputs);
 

@@ -61,7 +61,7 @@ struct VtiHeader {
 
 class MagnitudeVolume : public VolumeSource {
   public:
-    /// One at least.
+    /// Takes one at least.
     explicit MagnitudeVolume(std::vector<std::unique_ptr<VolumeSource>> components)
         : components_(std::move(components)) {
         MOTE_CHECK(!components_.empty());
@@ -130,7 +130,7 @@ struct VtiArray {
                name == "GlobalCellIds" || name == "GlobalNodeId" || name == "GlobalElementId";
     }
     /// Whether no array that follows can be the one to read: it has the name `field`, or is the active one of
-    /// the points where there is no name.
+    /// the points if there is no name.
     bool isSurely(std::string_view field) const {
         return field.empty() ? active && !ofCells && isScalar() && !isMark()
                              : attributes.text("Name") == field;
@@ -518,11 +518,11 @@ class Sizes {
 };
 
 Error contradiction(const ByteStream& stream, std::uint64_t said, std::uint64_t needed) {
-    return {ErrorCode::corrupt, stream.name(),
-            fmt::format("its array says {} bytes, and its extent needs {}", said, needed)};
+    return corrupt(stream.name(),
+                   fmt::format("its array says {} bytes, and its extent needs {}", said, needed));
 }
 
-/// One size, then the values.
+/// Reads one size, then the values.
 Result<ByteStreamPtr> plainValues(ByteStreamPtr stream, const VtiHeader& header, std::uint64_t needed) {
     Sizes sizes(*stream, header);
     MOTE_ASSIGN_OR_RETURN(const auto said, sizes.next(1));
@@ -538,11 +538,11 @@ Result<ByteStreamPtr> compressedValues(ByteStreamPtr stream, const VtiHeader& he
     const std::uint64_t count = counts[0], full = counts[1], last = counts[2];
     const bool whole = full > 0 && last == needed % full;
     if (!whole || count != needed / full + (last > 0 ? 1 : 0) || count > mostBlocks) {
-        return Error{
-            ErrorCode::corrupt, stream->name(),
+        return corrupt(
+            stream->name(),
             fmt::format(
                 "its array says {} blocks of {} bytes, the last one of {}, and its extent needs {} bytes",
-                count, full, last, needed)};
+                count, full, last, needed));
     }
     MOTE_ASSIGN_OR_RETURN(auto compressed, sizes.next(count));
     MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(stream), sizes.bytes()));
@@ -558,7 +558,7 @@ Result<ByteStreamPtr> values(ByteStreamPtr file, const VtiHeader& header, std::u
                              : plainValues(std::move(stream).value(), header, needed);
 }
 
-/// One of the values of each point, or the only one.
+/// Opens one of the values of each point, or the only one.
 Result<std::unique_ptr<VolumeSource>> openComponent(ByteStreamPtr file, VtiHeader header) {
     const bool ascii = header.encoding == VtiHeader::Encoding::ascii;
     SampleFormat samples;
@@ -570,7 +570,7 @@ Result<std::unique_ptr<VolumeSource>> openComponent(ByteStreamPtr file, VtiHeade
                               StreamVolume::Ending::exact, header.parts);
 }
 
-/// Of an array what may be asked for.
+/// Adds what of an array may be asked for.
 void addFields(const VtiArray& array, std::vector<VolumeField>& fields) {
     const std::string name(array.attributes.text("Name")), type(array.attributes.text("type"));
     const auto known = [&](const VolumeField& field) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/stipple/surface/surface_cell.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "preprocess/job.h"
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/triangle_mesh.h"

@@ -23,12 +23,11 @@ double hexagonalSpacing(double area, std::size_t points);
 /// The grid, filled anew with the points for which `within` holds, and the spacing of as many.
 void refill(PointSet& set, const WalkMesh& mesh, const std::vector<bool>& within, std::size_t count);
 
-/// One point in each of as many equal shares of the area, in the order of the triangles. At least one.
+/// Puts one point in each of as many equal shares of the area, in the order of the triangles. At least one.
 PointSet scatterPoints(const WalkMesh& mesh, std::uint32_t points, std::uint64_t seed);
 
-/// One step: each point goes `relaxation` times the way to the centroid of its cell, but no more than half a
-/// spacing. Returns the
-/// mean length of the ways, in spacings.
+/// Does one step: each point goes `relaxation` times the way to the centroid of its cell, but no more than
+/// half a spacing. Returns the mean length of the ways, in spacings.
 double relaxOnce(const WalkMesh& mesh, PointSet& set, double relaxation);
 
 /// scatterPoints, relaxed. Reports progress from 0 to `share`. Errors: cancelled.

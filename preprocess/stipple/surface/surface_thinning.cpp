@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "preprocess/stipple/surface/surface_job.h"
-#include "preprocess/stipple/thinning.h"
 
 namespace mote::prep {
 namespace {

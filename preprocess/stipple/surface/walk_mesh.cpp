@@ -2,7 +2,6 @@
 #include "preprocess/stipple/surface/walk_mesh.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>

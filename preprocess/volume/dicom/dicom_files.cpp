@@ -94,7 +94,7 @@ Error withoutFolders(Error error) {
     return error;
 }
 
-/// All that may be one: those of a folder, the entries of an archive, the file.
+/// Finds all that may be one: those of a folder, the entries of an archive, the file.
 Result<std::vector<DicomFile>> candidates(const fs::path& input, const Progress& progress) {
     std::vector<DicomFile> files;
     std::error_code code;

@@ -20,9 +20,9 @@ namespace {
 
 struct DicomTag {
     std::uint32_t tag;
-    std::string_view vr;  ///< where the file does not say it
+    std::string_view vr;  ///< if the file does not say it
     void (*ofFile)(const DicomValue& value, DicomHeader& header);
-    /// Of one that every frame may have for itself; else null.
+    /// Takes one that every frame may have for itself; else null.
     void (*ofFrame)(const DicomValue& value, DicomHeader& header, DicomFrame& frame);
 };
 
@@ -250,7 +250,7 @@ class HeaderReader {
   public:
     HeaderReader(DicomStream& stream, DicomHeader& header) : stream_(stream), header_(header) {}
 
-    /// All up to the pixels.
+    /// Reads all up to the pixels.
     Status read() {
         MOTE_RETURN_IF_ERROR(readElements(Place::file, stream_.left(), true));
         if (header_.frames.empty() || header_.frames.size() == header_.frameCount) return success();
@@ -261,7 +261,7 @@ class HeaderReader {
   private:
     enum class Place : std::uint8_t { file, shared, frame };
 
-    /// Those of a data set or an item of `length` bytes, which may be undefined.
+    /// Reads those of a data set or an item of `length` bytes, which may be undefined.
     Status readElements(Place place, std::uint64_t length, bool outermost) {
         const bool open = !outermost && length == DicomElement::undefined;
         const std::uint64_t begin = stream_.position();

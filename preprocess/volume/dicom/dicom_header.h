@@ -25,7 +25,7 @@ struct DicomMosaic {
     glm::dvec3 normal{0.0};   ///< from each to the next one, of unit length, LPS
 };
 
-/// None where the bytes are something else, or do not say both.
+/// None if the bytes are something else, or do not say both.
 std::optional<DicomMosaic> siemensMosaic(std::string_view bytes);
 
 /// What may tell pictures at one place apart.
@@ -58,7 +58,7 @@ struct DicomHeader {
     enum class Pixels : std::uint8_t { none, integers, floats, doubles };
 
     std::string syntax, sopInstance, series, modality, photometric;
-    std::string valueUnit;  ///< "HU"; "" where the file does not say
+    std::string valueUnit;  ///< "HU"; "" if the file does not say
     std::optional<double> seriesNumber, instance, sliceLocation;
     std::uint32_t rows = 0, columns = 0, frameCount = 1;
     std::uint32_t samples = 1, allocated = 0, stored = 0, highBit = 0;
@@ -73,12 +73,12 @@ struct DicomHeader {
     Pixels pixels = Pixels::none;
     bool encapsulated = false;     ///< in fragments, as compressed pictures are
     std::uint64_t deflatedAt = 0;  ///< of the file, where all that follows is deflated; 0: nowhere
-    std::uint64_t pixelsAt = 0;    ///< of their first byte; where the file is deflated, in what comes out
-    std::uint64_t pixelBytes = 0;  ///< where they are not in fragments
+    std::uint64_t pixelsAt = 0;    ///< of their first byte; if the file is deflated, in what comes out
+    std::uint64_t pixelBytes = 0;  ///< if they are not in fragments
 
-    /// Of a mosaic, how many slices lie side by side, in as many rows; else 1.
+    /// How many slices of a mosaic lie side by side, in as many rows; else 1.
     std::uint32_t tilesAcross() const;
-    /// Of one slice.
+    /// The columns of one slice.
     std::uint32_t sliceColumns() const { return columns / tilesAcross(); }
     std::uint32_t sliceRows() const { return rows / tilesAcross(); }
 
@@ -90,7 +90,7 @@ struct DicomHeader {
     static Result<DicomHeader> parse(ByteStreamPtr file);
 };
 
-/// Of a picture's plane, at right angles to its rows and columns.
+/// The normal of a picture's plane, at right angles to its rows and columns.
 glm::dvec3 normalOf(const std::array<double, 6>& orientation);
 
 /// What follows a file's head: the file itself, or what comes out of it. Errors: those of inflatedStream.

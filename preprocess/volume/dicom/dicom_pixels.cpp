@@ -136,7 +136,8 @@ bool isSane(std::uint32_t marker, std::span<const char> segment) {
     return true;
 }
 
-/// Of JPEG and JPEG-LS: in the one segment that begins a frame. All before the first scan must be segments.
+/// Reads the size of JPEG and JPEG-LS: in the one segment that begins a frame. All before the first scan must
+/// be segments.
 std::optional<CodedSize> sizeOfJpeg(std::span<const char> coded) {
     constexpr std::uint32_t scan = 0xda, filling = 0xff, shortest = 8;
     std::optional<CodedSize> size;
@@ -195,7 +196,7 @@ void makeRed(std::span<char> pixels) {
     }
 }
 
-/// Of JPEG 2000: in the segment SIZ, perhaps behind the boxes of a JP2 file.
+/// Reads the size of JPEG 2000: in the segment SIZ, perhaps behind the boxes of a JP2 file.
 std::optional<CodedSize> sizeOfJpeg2000(std::span<const char> coded) {
     static constexpr std::string_view begin = "\xff\x4f\xff\x51";
     constexpr std::size_t mostBoxes = 512, sizBytes = 43;
@@ -341,9 +342,8 @@ Status checkBits(const DicomHeader& header, const std::string& where) {
                            "has 8-bit pixels in words of the other byte order: gdcmconv --raw makes others");
     }
     if (header.stored >= 1 && header.stored <= header.highBit + 1 && header.highBit < bits) return success();
-    return Error{
-        ErrorCode::corrupt, where,
-        fmt::format("says {} bits of a pixel up to bit {}, within {}", header.stored, header.highBit, bits)};
+    return corrupt(where, fmt::format("says {} bits of a pixel up to bit {}, within {}", header.stored,
+                                      header.highBit, bits));
 }
 
 /// What a frame of `bytes` compressed ones may become.
@@ -460,11 +460,11 @@ Result<std::vector<std::vector<DicomPixels::Piece>>> DicomPixels::framesOf(std::
         }
     }
     if (frames.size() == count) return frames;
-    return Error{
-        ErrorCode::corrupt, name_,
+    return corrupt(
+        name_,
         fmt::format("has {} fragments of compressed pixels for {} frames, and no table that says which are "
                     "whose",
-                    fragments, count)};
+                    fragments, count));
 }
 
 Status DicomPixels::take(std::uint64_t at, std::span<char> bytes) {

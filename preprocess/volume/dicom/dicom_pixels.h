@@ -24,7 +24,7 @@ struct DicomScale {
 /// Which of a picture's numbers stand for it. Errors, at `where`: unsupported (bits, colours or a transfer
 /// syntax that are not read, with what to do), corrupt (fewer bytes than its frames need).
 Status checkPixels(const DicomHeader& header, const std::string& where);
-/// Of integers: those that stored numbers, their bits and sign, fit into.
+/// The type of values; of integers that which stored numbers, their bits and sign, fit into.
 ScalarType typeOf(const DicomHeader& header);
 /// Whether a picture is the darker the greater its numbers are.
 bool isInverted(const DicomHeader& header);
@@ -63,7 +63,7 @@ class DicomPixels {
     const DicomHeader* header_;
     ByteStreamPtr data_;
     std::string name_;
-    std::vector<std::vector<Piece>> frames_;  // of each frame its fragments; none where they lie in a row
+    std::vector<std::vector<Piece>> frames_;  // of each frame its fragments; none if they lie in a row
     std::vector<char> block_, coded_;
     std::vector<float> mosaic_;  // once one of its slices was read
     bool otherBits_ = false;

@@ -125,7 +125,7 @@ Result<std::vector<DicomSeries>> seriesOf(const DicomSet& set) {
     return all;
 }
 
-/// By the scanner's numbers where these tell all apart, else by their order.
+/// Labels them by the scanner's numbers if these tell all apart, else by their order.
 void label(std::vector<DicomSeries>& all) {
     std::stable_sort(all.begin(), all.end(), [](const DicomSeries& a, const DicomSeries& b) {
         return a.number.value_or(INFINITY) < b.number.value_or(INFINITY);
@@ -152,9 +152,9 @@ std::string listOf(const std::vector<const DicomSeries*>& all) {
 }
 
 Error several(const DicomSet& set, const std::vector<const DicomSeries*>& all) {
-    return {ErrorCode::unsupported, set.name,
-            fmt::format("holds {} series, by their numbers: {}; choose one by --series NUMBER", all.size(),
-                        listOf(all))};
+    return unsupported(set.name,
+                       fmt::format("holds {} series, by their numbers: {}; choose one by --series NUMBER",
+                                   all.size(), listOf(all)));
 }
 
 /// What a file lacks to be a picture that is read; "" where nothing.
@@ -235,9 +235,8 @@ Result<DicomSeries> chooseSeries(const DicomSet& set, std::string_view wanted) {
     if (chosen.size() == 1) return *chosen.front();
     if (!chosen.empty()) return several(set, chosen);
     for (const auto& each : all) chosen.push_back(&each);
-    return Error{
-        ErrorCode::notFound, set.name,
-        fmt::format("has no series of the number or UID \"{:.64}\"; it holds {}", wanted, listOf(chosen))};
+    return notFound(set.name, fmt::format("has no series of the number or UID \"{:.64}\"; it holds {}",
+                                          wanted, listOf(chosen)));
 }
 
 }  // namespace mote::prep

@@ -20,7 +20,7 @@ struct DicomElement {
     static constexpr std::uint32_t item = 0xfffee000, itemEnd = 0xfffee00d, sequenceEnd = 0xfffee0dd;
 
     std::uint32_t tag = 0;  ///< the group's number in the upper half
-    std::string vr;         ///< what kind of value it is, "DS"; "" where the file does not say
+    std::string vr;         ///< what kind of value it is, "DS"; "" if the file does not say
     std::uint32_t length = 0;
 
     std::uint32_t group() const { return tag >> 16U; }
@@ -30,7 +30,7 @@ struct DicomValue {
     std::string bytes, vr;
     bool bigEndian = false;
 
-    std::vector<double> numbers() const;  ///< not a number where a text is none
+    std::vector<double> numbers() const;  ///< not a number if a text is none
     std::string text() const;             ///< without the padding at its ends
 };
 
@@ -49,7 +49,7 @@ class DicomStream {
     /// The tag and length of the next element, or nothing at the end. Errors: corrupt (cut short), those of
     /// ByteStream.
     Result<std::optional<DicomElement>> next();
-    /// What the element that next() gave holds; `vr` counts where the file says none. Errors: corrupt.
+    /// What the element that next() gave holds; `vr` counts if the file says none. Errors: corrupt.
     Result<DicomValue> value(const DicomElement& element, std::string_view vr);
     /// Steps over what it holds, be it a sequence without a length. Errors: corrupt.
     Status skip(const DicomElement& element);
@@ -63,7 +63,7 @@ class DicomStream {
   private:
     static constexpr std::size_t bufferBytes = std::size_t{16} * 1024;
 
-    /// Exactly `count` bytes; none where the end comes first.
+    /// Takes exactly `count` bytes; none if the end comes first.
     Result<std::string> take(std::size_t count);
     Status skipUndefined(bool kinds);
 

@@ -27,7 +27,7 @@ using DicomPlace = std::vector<DicomPicture>;
 struct DicomVolumes {
     std::vector<std::vector<DicomPicture>> volumes;
     std::vector<std::optional<double>> times;  ///< of each volume, s, from the first one on
-    std::string note;                          ///< by what they were told apart; "" where there is one
+    std::string note;                          ///< by what they were told apart; "" if there is one
 };
 
 struct MarkKind {
@@ -81,7 +81,7 @@ void sortByNumber(const DicomSet& set, std::vector<DicomPlace>& places) {
     }
 }
 
-/// All places have as many pictures as the first one.
+/// Checks that all places have as many pictures as the first one.
 Status checkCounts(const DicomSet& set, const std::vector<DicomPlace>& places) {
     const auto [least, most] =
         std::minmax_element(places.begin(), places.end(),
@@ -185,7 +185,7 @@ class StackMaker {
         return success();
     }
 
-    /// Where slices lie that do not say it: by their location, else by their numbers.
+    /// Places slices that do not say where they lie: by their location, else by their numbers.
     void placeThose() {
         const auto lacks = [](const DicomPicture& each) { return !each.at.position.has_value(); };
         if (std::none_of(pictures_.begin(), pictures_.end(), lacks)) return;

@@ -40,7 +40,7 @@ struct DicomSet {
 
     /// Files that are no pictures, cannot be read or are there twice are left out. Errors: unsupported (no
     /// pictures at all, or one that is of no kind that is read), resourceExhausted, cancelled, the first
-    /// one's where none can be read.
+    /// one's if none can be read.
     static Result<DicomSet> read(std::string name, std::vector<DicomFile> files, const Progress& progress);
 };
 

@@ -26,8 +26,9 @@ class LineMap {
     LineMap(const std::vector<InkLine>& drawn, const std::vector<InkLine>& left, std::uint32_t width,
             std::uint32_t height);
 
-    /// Of the line that is most like one through a place in a direction (unit, or none); unknown where none
-    /// is within a pixel or two. `alike`: what the depths of one line in two pictures differ by.
+    /// What is known of the line that is most like one through a place in a direction (unit, or none);
+    /// unknown where none is within a pixel or two. `alike`: what the depths of one line in two pictures
+    /// differ by.
     LineBefore at(const PicturePlace& place, const glm::dvec2& direction, double alike) const;
 
   private:

@@ -6,7 +6,6 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "server/render/ink/tone_grid.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {

@@ -34,7 +34,7 @@ struct ChosenLines {
 /// The density of lines, blurred.
 ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, double width);
 
-/// By the style's mode and importance.
+/// Chooses by the style's mode and importance.
 ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
                         const LineTarget& target, const std::stop_token& stop);
 

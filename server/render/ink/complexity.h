@@ -18,7 +18,7 @@ Raster<float> coverOf(const std::vector<InkLine>& lines, std::uint32_t columns, 
 
 /// Blurred by about a Gaussian of a standard deviation, along ways on which the depth makes no step: from a
 /// pixel to the next of at most a part of the extent. (Gastal and Oliveira 2011, Domain Transform for
-/// Edge-Aware Image and Video Processing, recursive filtering.) Where `stop` is requested meanwhile, it is
+/// Edge-Aware Image and Video Processing, recursive filtering.) If `stop` is requested meanwhile, it is
 /// not blurred everywhere.
 Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& depth, double extent,
                             double deviation, const std::stop_token& stop = {});

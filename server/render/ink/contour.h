@@ -21,12 +21,12 @@ struct Outline {
     std::uint32_t region = 0;  ///< connected pixels that it bounds, alike in their outer outline and holes
 };
 
-/// Of values at the pixels' middles, between which they are linear along rows and columns; what lies beside
-/// the picture is outside, and its sides are the outline there. In a square whose corners are inside by turns
-/// those are connected where the mean of the four is inside, so outlines never cross. A value that is no
-/// number is outside. Points that lie within a 32nd of a pixel of the way between others are left out, and
-/// so is an outline of fewer than three others. In the order of regions, those by their first pixels. Nothing
-/// where `stop` is requested meanwhile.
+/// The outlines of values at the pixels' middles, between which they are linear along rows and columns; what
+/// lies beside the picture is outside, and its sides are the outline there. In a square whose corners are
+/// inside by turns those are connected where the mean of the four is inside, so outlines never cross. A value
+/// that is no number is outside. Points that lie within a 32nd of a pixel of the way between others are left
+/// out, and so is an outline of fewer than three others. In the order of regions, those by their first
+/// pixels. Nothing if `stop` is requested meanwhile.
 std::vector<Outline> contoursOf(const Raster<float>& values, float level, const std::stop_token& stop);
 
 /// Square pixels, as the sum of a region's outlines has them: less than 0 of a hole.

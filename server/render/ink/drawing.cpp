@@ -108,7 +108,7 @@ class DrawingMaker {
         std::vector<HatchAxes> axes;
         Raster<float> density;
     };
-    /// What is drawn beside solid ink: all where there is none.
+    /// What is drawn beside solid ink: all if there is none.
     struct Rest {
         SolidInk solid;              // without pixels where the style has none
         std::vector<InkLine> lines;  // likewise without any

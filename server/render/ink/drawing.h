@@ -32,7 +32,7 @@ struct Drawing {
 
 /// `pixels`: of the scene, a pixel of the view, in which the style gives lengths. `memory`: of the drawing
 /// before, one that is empty, or null; this one stays like that where it can, and is what is remembered then.
-/// Where `stop` is requested meanwhile the drawing lacks something, and the memory stays.
+/// If `stop` is requested meanwhile the drawing lacks something, and the memory stays.
 Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop,
                 InkMemory* memory = nullptr);
 

@@ -60,7 +60,7 @@ struct Run {
     double begin, end;
 };
 
-/// By lines, and along each.
+/// Orders runs by lines, and along each.
 bool comesFirst(const Run& a, const Run& b) {
     return a.line != b.line ? a.line < b.line : a.begin < b.begin;
 }
@@ -159,7 +159,7 @@ class RegionHatcher {
             most = std::max(most, static_cast<double>(regions_.density.values[pixel]));
         return most;
     }
-    /// Of a layer's lines through the pixels that want them, sorted.
+    /// The runs of a layer's lines through the pixels that want them, sorted.
     std::vector<Run> runsOf(Pixels pixels, const LayerLines& lines, std::size_t layer, double before) const {
         std::vector<Run> runs;
         const std::uint32_t width = regions_.label.width;

@@ -34,13 +34,13 @@ struct InkCamera {
     double pixels = 1.0;  ///< a unit of the plane at depth 1 (perspective), or of any
     glm::dvec2 size{1.0};
 
-    /// Of a place in layer space that is in front of the eye.
+    /// Where a place in layer space is that is in front of the eye.
     PicturePlace onPicture(const glm::dvec3& inLayer) const {
         const glm::dvec3 eye(toEye * glm::dvec4(inLayer, 1.0));
         const double scale = pixels / (perspective ? -eye.z : 1.0);
         return {0.5 * size + scale * glm::dvec2(eye.x, -eye.y), -eye.z};
     }
-    /// The way back, where toEye is not singular: from pictures to eye space.
+    /// The way back, if toEye is not singular: from pictures to eye space.
     glm::dvec3 inEye(const PicturePlace& place) const {
         const double scale = (perspective ? place.depth : 1.0) / pixels;
         const glm::dvec2 off = scale * (place.at - 0.5 * size);

@@ -17,8 +17,8 @@
 
 namespace mote::render {
 
-/// Of a direction on the screen; along its x axis the other way, pi, as 0 stands for none. Directions of
-/// strokes have no sign.
+/// The angle of a direction on the screen; along its x axis the other way, pi, as 0 stands for none.
+/// Directions of strokes have no sign.
 inline float angleOf(const glm::dvec2& across) {
     const auto angle = static_cast<float>(std::atan2(across.y, across.x));
     return angle == 0.0F ? std::numbers::pi_v<float> : angle;
@@ -40,7 +40,7 @@ struct Modalities {
     double extent = 1.0;
 };
 
-/// As a vector of twice its angle; zero where there is none, as a surface faces the eye.
+/// As a vector of twice its angle; zero if there is none, as a surface faces the eye.
 struct Direction {
     float x = 0.0F, y = 0.0F;
 };
@@ -49,7 +49,7 @@ inline Direction directionOf(float angle) {
     return angle == 0.0F ? Direction{} : Direction{std::cos(2.0F * angle), std::sin(2.0F * angle)};
 }
 
-/// Of all pixels; where `stop` is requested meanwhile, not of all.
+/// The directions of all pixels; if `stop` is requested meanwhile, not of all.
 std::vector<Direction> directionsOf(const Raster<float>& angles, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -20,7 +20,7 @@ struct CutOptions {
 
 /// Of each node the number of the group that it is in; each is connected. Of all cuts along an eigenvector
 /// of the normalised affinities (those with the greatest eigenvalues) the cheapest is taken that may stand.
-/// Where the whole takes too long, what was not cut yet is left as single nodes, and so is
+/// If the whole takes too long, what was not cut yet is left as single nodes, and so is
 /// that of which no eigenvector is found.
 std::vector<std::uint32_t> normalisedCuts(const RegionGraph& graph, const CutOptions& options,
                                           const std::stop_token& stop);

@@ -87,7 +87,7 @@ void spread(Raster<float>& depth, const std::stop_token& stop) {
 
 }  // namespace
 
-/// Of the pixel at a place and those around it.
+/// The nearest depth of the pixel at a place and those around it.
 double Pen::nearestAround(const glm::dvec2& place) const {
     float nearest = HUGE_VALF;
     for (const double y : {-1.0, 0.0, 1.0}) {

@@ -30,7 +30,7 @@ class Pen {
     /// A hatch lies at the depths of what is seen along it.
     void draw(const HatchStroke& stroke, double width);
     /// Outlines of one region after another are areas, at the depths of what is seen in each pixel or nearest
-    /// to it. Once. Where `stop` is requested meanwhile some depths are missing.
+    /// to it. Once. If `stop` is requested meanwhile some depths are missing.
     void fill(const std::vector<Outline>& outlines, const std::stop_token& stop);
 
   private:

@@ -43,13 +43,14 @@ class WeightMaker {
           scales_(scales),
           depthScale_(static_cast<float>(std::max(scales.depth * modalities.extent, 1e-30))) {}
 
-    /// Of pixels at `first` and `first + stride`; `before` and `behind`: how many there are on either side.
+    /// The steps between pixels at `first` and `first + stride`; `before` and `behind`: how many there are on
+    /// either side.
     Steps steps(std::size_t first, std::size_t stride, std::size_t before, std::size_t behind) const {
         const auto across = acrossOf(first, stride, before, behind);
         return {greyStep(across), std::sqrt(angleStep(across)), depthStep(across)};
     }
     bool seen(std::size_t pixel) const { return std::isfinite(depth_[pixel]); }
-    /// Of steps, with what adds to the squared scales of grey and angle.
+    /// The weight of steps, with what adds to the squared scales of grey and angle.
     std::uint16_t weight(const Steps& steps, double grey, double angle) const {
         const double sum = square(steps.grey) / (square(scales_.grey) + grey) +
                            square(steps.angle) / (square(scales_.angle) + angle) +

@@ -65,7 +65,7 @@ struct RegionGraph {
     std::vector<Link> links;     ///< each pair of regions once, in their order
 };
 
-/// Where `stop` is requested meanwhile, it lacks something.
+/// If `stop` is requested meanwhile, it lacks something.
 RegionGraph regionGraphOf(const Segments& segments, const PixelWeights& weights, const std::stop_token& stop);
 
 /// Melts boundaries that are none (Brice and Fennema 1970, Scene Analysis Using Regions): two regions become

@@ -78,7 +78,7 @@ struct Neighbour {
     }
 };
 
-/// Of each region that is too small the neighbour that is most like it; `nothing` of others.
+/// The neighbour that is most like it, of each region that is too small; `nothing` of others.
 std::vector<Neighbour> nearestOfSmall(const Segments& segments, const Raster<std::uint32_t>& part,
                                       const std::vector<RegionMean>& means, std::size_t leastPixels,
                                       const std::stop_token& stop) {

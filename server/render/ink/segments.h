@@ -26,7 +26,7 @@ struct SegmentOptions {
 };
 
 /// Regions by any of the methods, each connected; those of fewer than `leastPixels` have become part of
-/// neighbours. Where nothing is seen, no region. Where `stop` is requested meanwhile, none at
+/// neighbours. Where nothing is seen, no region. If `stop` is requested meanwhile, none at
 /// all.
 Segments segmentsOf(const Modalities& modalities, const SegmentOptions& options, const std::stop_token& stop);
 

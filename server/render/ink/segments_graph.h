@@ -17,7 +17,7 @@ namespace mote::render {
 Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth, double scale,
                         const std::stop_token& stop);
 
-/// By steps in grey, direction and depth, without small ones.
+/// Joins by steps in grey, direction and depth, without small ones.
 Segments graphSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -18,7 +18,7 @@ Raster<glm::vec3> greyPicture(const Raster<float>& values);
 Raster<glm::vec3> paperPicture(const Raster<float>& cover);
 /// The nearest is white, the farthest dark, nothing black.
 Raster<glm::vec3> depthPicture(const Modalities& modalities);
-/// A hue around the circle of directions, which have no sign; grey where there is none, black for nothing.
+/// A hue around the circle of directions, which have no sign; grey if there is none, black for nothing.
 Raster<glm::vec3> anglePicture(const Modalities& modalities);
 /// Each label a colour that means nothing; black above all labels.
 Raster<glm::vec3> labelPicture(const Raster<std::uint32_t>& labels);

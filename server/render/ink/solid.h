@@ -42,7 +42,7 @@ struct BesideOptions {
 };
 
 /// What of lines lies in simple regions, and what may be drawn on paper in complex ones. A line lies where
-/// the nearest pixel around it does, as the surface that it bounds is seen there. Where `stop` is requested
+/// the nearest pixel around it does, as the surface that it bounds is seen there. If `stop` is requested
 /// meanwhile some are missing.
 std::vector<InkLine> linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
                                  const Modalities& modalities, const BesideOptions& options,

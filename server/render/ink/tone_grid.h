@@ -52,7 +52,7 @@ float toneAt(const ToneGrid& grid, const ToneCells& cells, const glm::dvec2& pla
 template <class Take>
 void eachSquare(glm::dvec2 from, glm::dvec2 to, std::uint32_t columns, std::uint32_t rows, const Take& take);
 
-/// Cuts a line to 0 <= coordinate <= most along an axis; false where nothing is left.
+/// Cuts a line to 0 <= coordinate <= most along an axis; false if nothing is left.
 inline bool cutToGrid(glm::dvec2& from, glm::dvec2& to, int axis, double most) {
     for (const double limit : {0.0, most}) {
         const double side = limit == 0.0 ? 1.0 : -1.0;
