@@ -58,7 +58,7 @@ Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>&
         return invalid("transform", fmt::format("16 numbers are needed, not {}", rows.size()));
     glm::dmat4 transform(1.0);
     for (int i = 0; i < 16; ++i) {
-        MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e9, 1e9, fmt::format("transform[{}]", i)));
+        MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e9, 1e9, ""), fmt::format("transform[{}]", i));
         transform[i % 4][i / 4] = rows[i];  // glm keeps columns
     }
     if (rows[12] != 0.0 || rows[13] != 0.0 || rows[14] != 0.0 || rows[15] != 1.0)

@@ -24,6 +24,7 @@ struct Ends {
 };
 
 /// Of a number, or of each number of a list; none where it may be any.
+std::optional<Ends> endsOf(const proto::Facts& facts);
 std::optional<Ends> endsOf(const google::protobuf::FieldDescriptor& field);
 
 /// How many numbers a list has that is said; 0: any.

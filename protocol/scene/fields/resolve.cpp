@@ -47,7 +47,7 @@ class SaidField {
     int size() const { return reflection_.FieldSize(message_, &field_); }
 
     Status checkEnds(double value) const {
-        if (const auto ends = endsOf(field_))
+        if (const auto ends = endsOf(facts_))
             MOTE_RETURN_IF_ERROR(checkRange(value, ends->least, ends->greatest, ""));
         return success();
     }
