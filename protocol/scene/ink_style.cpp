@@ -30,7 +30,7 @@ proto::InkStyle::Solid noBrush() {
 
 /// One that inks nothing, and by default nowhere, is as good as none.
 void dropNoBrush(proto::InkStyle& style) {
-    if (style.has_ink() && style.ink() == noBrush()) style.clear_ink();
+    if (style.has_ink() && style.ink().SerializeAsString() == noBrush().SerializeAsString()) style.clear_ink();
 }
 
 std::optional<Curve> inkCurveOf(const proto::InkStyle& message) {
