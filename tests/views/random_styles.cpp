@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "protocol/scene/fields/facts.h"
 #include "tests/views/random_curves.h"
 
 namespace mote::test {
@@ -14,6 +15,36 @@ constexpr ValueRange shares{0.0, 1.0};
 double anySize(Random& random) {
     if (random.chance(0.25)) return random.oneOf({0.1, 1.0, 1.001, 2.0, 7.0, 33.0, 64.0});
     return random.chance(0.7) ? random.between(0.5, 4.0) : random.between(0.25, 16.0);
+}
+
+const google::protobuf::FieldDescriptor& fieldOf(const google::protobuf::Message& message, int number) {
+    return *message.GetDescriptor()->FindFieldByNumber(number);
+}
+
+/// Anything that the schema lets a number be; mostly no more than `usual`.
+void setNumber(Random& random, google::protobuf::Message& message, int number, double usual) {
+    const auto& field = fieldOf(message, number);
+    const auto ends = endsOf(field).value();
+    const double most = usual < ends.greatest && !random.chance(0.2) ? usual : ends.greatest;
+    message.GetReflection()->SetDouble(&message, &field, random.between(ends.least, most));
+}
+void setNumber(Random& random, google::protobuf::Message& message, int number) {
+    setNumber(random, message, number, endsOf(fieldOf(message, number)).value().greatest);
+}
+
+/// One of the words of the schema.
+void setWord(Random& random, google::protobuf::Message& message, int number) {
+    const auto& field = fieldOf(message, number);
+    const auto& words = factsOf(field).one_of();
+    const auto word = static_cast<int>(random.below(static_cast<std::uint64_t>(words.size())));
+    message.GetReflection()->SetString(&message, &field, words[word]);
+}
+/// Or none.
+void setAnyWord(Random& random, google::protobuf::Message& message, int number) {
+    const auto& field = fieldOf(message, number);
+    const auto& words = factsOf(field).one_of();
+    const auto word = static_cast<int>(random.below(static_cast<std::uint64_t>(words.size()) + 1));
+    message.GetReflection()->SetString(&message, &field, word == 0 ? "" : words[word - 1]);
 }
 
 void setVector(const glm::dvec3& vector, google::protobuf::RepeatedField<double>* field) {
@@ -83,7 +114,7 @@ void setRepresentation(Random& random, const DatasetTraits& data, proto::HybridS
 
 /// All that a style says of a hybrid volume's points, but for their being drawn at all.
 void setHybridPoints(Random& random, proto::HybridStyle& style) {
-    style.set_point_shape(random.oneOf({"", "square", "disc", "gaussian"}));
+    setAnyWord(random, style, style.kPointShapeFieldNumber);
     if (random.chance(0.4)) style.set_point_opacity(anyShare(random));
 }
 
@@ -143,46 +174,43 @@ proto::StippleStyle anyStippleStyle(Random& random) {
     if (random.chance(0.4)) style.set_least_dot_pixels(anySize(random));
     if (random.chance(0.6)) setAnyColor(random, style.mutable_color());
     if (random.chance(0.3)) setLight(random, true, *style.mutable_light());
-    if (random.chance(0.3)) style.set_jitter(random.between(0.0, 4.0));
+    if (random.chance(0.3)) setNumber(random, style, style.kJitterFieldNumber);
     style.set_soft(random.chance(0.3));
     if (random.chance(0.3)) style.set_gamma(random.between(0.0625, 20.0));
     style.set_invert(random.chance(0.3));
     if (random.chance(0.7)) style.set_opacity(anyShare(random));
     style.set_see_through(random.chance(0.3));
-    style.set_value(random.oneOf({"", "tone", "depth", "x", "y", "z"}));
+    setAnyWord(random, style, style.kValueFieldNumber);
     if (random.chance(0.3)) style.set_color_map(anyColorMap(random));
     // By numbers of its own: all else stays as it would be.
     Random own(style.ByteSizeLong(), 5);
-    if (own.chance(0.3)) style.set_dense(own.oneOf({"dark", "light"}));
+    if (own.chance(0.3)) setWord(own, style, style.kDenseFieldNumber);
     return style;
 }
 
 proto::InkStyle anyInkStyle(Random& random) {
     proto::InkStyle style;
     auto& silhouettes = *style.mutable_silhouettes();
-    silhouettes.set_mode(random.oneOf({"", "none", "all", "important", "adjusted"}));
+    setAnyWord(random, silhouettes, silhouettes.kModeFieldNumber);
     if (random.chance(0.5)) silhouettes.set_importance(anyShare(random));
-    if (random.chance(0.5)) silhouettes.set_width(random.between(0.1, random.chance(0.2) ? 64.0 : 4.0));
-    if (random.chance(0.3)) silhouettes.set_crease_degrees(random.between(0.0, 180.0));
+    if (random.chance(0.5)) setNumber(random, silhouettes, silhouettes.kWidthFieldNumber, 4.0);
+    if (random.chance(0.3)) setNumber(random, silhouettes, silhouettes.kCreaseDegreesFieldNumber);
     silhouettes.set_omit(random.chance(0.2));
     auto& hatch = *style.mutable_hatch();
     if (random.chance(0.5)) hatch.set_strength(anyShare(random));
-    if (random.chance(0.5)) hatch.set_spacing(random.between(1.0, random.chance(0.2) ? 256.0 : 8.0));
-    if (random.chance(0.5)) hatch.set_width(random.between(0.1, random.chance(0.2) ? 64.0 : 4.0));
-    if (random.chance(0.3)) hatch.set_segments(random.oneOf({"growing", "graph", "cut", "texture"}));
+    if (random.chance(0.5)) setNumber(random, hatch, hatch.kSpacingFieldNumber, 8.0);
+    if (random.chance(0.5)) setNumber(random, hatch, hatch.kWidthFieldNumber, 4.0);
+    if (random.chance(0.3)) setWord(random, hatch, hatch.kSegmentsFieldNumber);
     if (random.chance(0.3)) {
         if (random.chance(0.7)) style.mutable_ink()->set_strength(anyShare(random));
         if (random.chance(0.7)) style.mutable_ink()->set_complexity(anyShare(random));
     }
     if (random.chance(0.2)) style.set_occlusion(anyShare(random));
-    if (random.chance(0.5)) style.set_reading(random.between(1.0, random.chance(0.2) ? 256.0 : 16.0));
+    if (random.chance(0.5)) setNumber(random, style, style.kReadingFieldNumber, 16.0);
     if (random.chance(0.5)) setLight(random, true, *style.mutable_light());
     if (random.chance(0.4)) setAnyColor(random, style.mutable_color());
-    if (random.chance(0.2)) {
-        style.set_show(random.oneOf(
-            {"grey", "depth", "angle", "edges", "complexity", "segments", "target", "lighten", "darken"}));
-    }
-    if (random.chance(0.3)) style.set_waver(random.between(0.0, 16.0));
+    if (random.chance(0.2)) setWord(random, style, style.kShowFieldNumber);
+    if (random.chance(0.3)) setNumber(random, style, style.kWaverFieldNumber);
     style.set_taper(random.chance(0.3));
     return style;
 }
