@@ -107,7 +107,7 @@ bool Catalogue::Cached::holds(const Stamp& now, const Stamp& digestNow) const {
     return stamp == now && digest == digestNow && (manifest.ok() || !ofThePlace(manifest.error()));
 }
 
-/// False, and errno, where there is none: its stamp is that of nothing then.
+/// False, and errno, if there is none: its stamp is that of nothing then.
 bool Catalogue::look(const FileDescriptor& directory, const char* file, Stamp& stamp) {
     struct stat status {};
     if (::fstatat(directory.get(), file, &status, AT_SYMLINK_NOFOLLOW) != 0) return false;

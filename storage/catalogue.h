@@ -36,13 +36,13 @@ class Catalogue {
     /// Empty until the first refresh.
     explicit Catalogue(Roots roots) : roots_(std::move(roots)) {}
 
-    /// Looks again; true where entries appeared, vanished or changed. Symbolic links are not followed. Never
+    /// Looks again; true if entries appeared, vanished or changed. Symbolic links are not followed. Never
     /// fails: what cannot be read is in errors().
     bool refresh();
 
     /// Ascending by name.
     const std::vector<Entry>& entries() const { return entries_; }
-    /// The entry of that name, with or without ".mote"; nullptr where there is none. Valid until the next
+    /// The entry of that name, with or without ".mote"; nullptr if there is none. Valid until the next
     /// refresh.
     const Entry* find(std::string_view name) const;
     /// Why datasets or folders were left out by the last refresh.

@@ -50,7 +50,7 @@ extern const DatasetKind particlesKind, hybridKind, stippleKind, meshKind, image
 
 inline constexpr std::array datasetKinds{&particlesKind, &hybridKind, &stippleKind, &meshKind, &imageKind};
 
-/// nullptr where this version has no such kind, or the manifest lacks what it is to have.
+/// nullptr if this version has no such kind, or the manifest lacks what it is to have.
 inline const DatasetKind* findKind(const proto::Manifest& manifest) {
     for (const auto* kind : datasetKinds) {
         if (kind->name == manifest.kind() && (manifest.*kind->described)()) return kind;

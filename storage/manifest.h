@@ -32,7 +32,7 @@ inline constexpr int densityHistogramBins = 128;
 /// unsupported (a kind or format of a later version), with the field's path.
 Status checkManifest(const proto::Manifest& manifest);
 
-/// Reads and checks `directory`/manifest.json, also against its digest where that is there: datasets made
+/// Reads and checks `directory`/manifest.json, also against its digest if that is there: datasets made
 /// before it was have none. Errors: notFound, permissionDenied, corrupt, unsupported.
 Result<proto::Manifest> readManifest(const PathBeneath& directory);
 
@@ -43,7 +43,7 @@ Status writeManifest(const std::filesystem::path& directory, const proto::Manife
 /// What manifest.digest says of a manifest's text.
 std::string manifestDigest(std::string_view text);
 
-/// The entry of a file, nullptr where the manifest has none.
+/// The entry of a file, nullptr if the manifest has none.
 const proto::FileEntry* findFile(const proto::Manifest& manifest, const std::string& name);
 
 }  // namespace mote::storage

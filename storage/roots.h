@@ -44,7 +44,7 @@ class Roots {
     Result<std::filesystem::path> resolveNew(std::string_view name) const;
 
     /// "ROOT/PATH" of an absolute path that lies beneath a root (the deepest such root), ".." resolved
-    /// without asking the file system; nothing where it lies beneath none.
+    /// without asking the file system; nothing if it lies beneath none.
     std::optional<std::string> nameOf(const std::filesystem::path& path) const;
 
     /// All roots, in the order given.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StorageError: thrown where a file of ours cannot be made, or an array of ours differs from its digest while
+// StorageError: thrown if a file of ours cannot be made, or an array of ours differs from its digest while
 // it is in use. Carries an Error (code, file and position, sentence). May be thrown on any thread.
 #pragma once
 

@@ -53,7 +53,7 @@ void DatasetVerifier::eachStep(int count, const std::function<void(std::uint32_t
     }
 }
 
-/// A file against the manifest; nothing where it is whole.
+/// A file against the manifest; nothing if it is whole.
 std::optional<Error> DatasetVerifier::checkFile(const std::string& name) const {
     const auto path = directory_ / name;
     MOTE_ASSIGN_OR_RETURN(const auto file, openRegular(path));

@@ -17,8 +17,8 @@
 
 namespace mote::storage {
 
-/// What is wrong, one Error each (at most 1000); nothing where the dataset is whole. `progress` takes the
-/// done share, 0 to 1; a `cancelled` error is the only one where `cancelled` said so.
+/// What is wrong, one Error each (at most 1000); nothing if the dataset is whole. `progress` takes the
+/// done share, 0 to 1; a `cancelled` error is the only one if `cancelled` said so.
 std::vector<Error> verifyDataset(const std::filesystem::path& directory,
                                  const std::function<bool()>& cancelled = {},
                                  const std::function<void(double)>& progress = {});

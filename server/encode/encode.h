@@ -22,7 +22,7 @@ inline constexpr int jpegQuality = 80;
 /// What the schema calls a picture's format.
 proto::PixelFormat wireFormat(render::PixelFormat format);
 
-/// resourceExhausted: what encoders say where there is no memory for them.
+/// resourceExhausted: what encoders say if there is no memory for them.
 Error outOfMemory();
 
 /// Our own invariant: as many bytes as its size and format say, and at least one pixel.

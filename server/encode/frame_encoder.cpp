@@ -20,7 +20,7 @@ namespace {
 // Only names the unit of the rate control: a frame's budget times this is the stream's rate.
 constexpr int nominalRate = 30;
 constexpr std::size_t mostFrameBytes = std::size_t{8} << 20;  // the rate must fit into an int
-constexpr const char* crf = "18";  // where the link allows more than that, the picture is good enough
+constexpr const char* crf = "18";  // if the link allows more than that, the picture is good enough
 
 struct FreeContext {
     void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }

@@ -24,11 +24,10 @@
 #include "server/figures/annotation_room.h"
 #include "server/figures/annotation_words.h"
 #include "server/figures/box_edges.h"
-#include "server/figures/color_bar.h"
+#include "server/figures/plot_axis.h"
 #include "server/figures/projection.h"
 #include "server/figures/quantity_text.h"
 #include "server/figures/ticks.h"
-#include "server/figures/unit_text.h"
 
 namespace mote::server {
 namespace {
@@ -102,7 +101,7 @@ class AxisLabels {
         return {{at, at + length * out_}, look_.line, look_.ink};
     }
 
-    /// Nothing where labels of the axis would lie over each other.
+    /// Nothing if labels of the axis would lie over each other.
     std::optional<LabelledEdge> withTicks(const Ticks& ticks) const {
         LabelledEdge made;
         std::vector<Quad> own;
@@ -129,7 +128,7 @@ class AxisLabels {
         return made;
     }
 
-    /// Along the edge, beyond the labels, where there is room.
+    /// Along the edge, beyond the labels, if there is room.
     std::optional<TextMark> titleOf(const Ticks& ticks, double away, const std::vector<Quad>& own) const {
         double angle = std::atan2(way_.y, way_.x);
         // Read from below, or, of a steep edge, from the right.
@@ -190,7 +189,7 @@ void addEdges(const BoxInPicture& box, const Projection& projection, AnnotationR
     }
 }
 
-/// Of an axis that is seen end on there are no labels, and none where the eye is in the box. A label that
+/// Of an axis that is seen end on there are no labels, and none if the eye is in the box. A label that
 /// would lie beyond the picture's edge, or over another, is left out.
 void addPlotBox(const PlotBox& plot, const View& view, AnnotationRoom& room) {
     const Projection projection(view);
@@ -388,7 +387,7 @@ void addColorBars(const View& view, const std::vector<LayerFacts>& layers, Annot
     }
 }
 
-/// In the lower left corner, where a layer that is no plot lies in the world's units: a round length of at
+/// In the lower left corner, if a layer that is no plot lies in the world's units: a round length of at
 /// most a quarter of the picture's width, true at the depth of the camera's target.
 void addScaleBar(const View& view, const std::vector<LayerFacts>& layers, AnnotationRoom& room) {
     const LayerFacts* found = nullptr;

@@ -19,7 +19,7 @@ namespace mote::server {
 /// What is known of a layer beside the view.
 struct LayerFacts {
     std::shared_ptr<const proto::Manifest> manifest;  ///< of its dataset; null: nothing is said of it
-    std::optional<TransferFunction> transfer = {};    ///< of its volume, where one is seen
+    std::optional<TransferFunction> transfer = {};    ///< of its volume, if one is seen
     std::optional<ValueRange> colorRange = {};        ///< of the values that points are coloured by
     std::optional<std::uint64_t> chosen = {};         ///< particles of its selection
     std::optional<std::uint64_t> highlighted = {};    ///< particles that are drawn over the others

@@ -8,7 +8,7 @@
 
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/mix.h"
-#include "server/figures/unit_text.h"
+#include "server/figures/quantity_text.h"
 
 namespace mote::server {
 namespace {
@@ -28,7 +28,7 @@ RichText joined(const std::vector<RichText>& parts) {
     return line;
 }
 
-/// "t = 12.34 ns"; nothing where the source knows no time.
+/// "t = 12.34 ns"; nothing if the source knows no time.
 RichText timeText(double time) {
     if (!std::isfinite(time)) return {};
     const int prefix = prefixPower("s", std::abs(time));

@@ -24,7 +24,7 @@ struct BoxEdge {
     int axis = 0;          ///< along which it goes
     glm::dvec3 low, high;  ///< its ends, eye space
     Kind kind = Kind::back;
-    double from = 0.0, to = 1.0;  ///< the share of it that is in the picture; none where from >= to
+    double from = 0.0, to = 1.0;  ///< the share of it that is in the picture; none if from >= to
 
     glm::dvec3 at(double share) const { return low + share * (high - low); }
 };

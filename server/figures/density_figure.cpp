@@ -9,8 +9,8 @@
 
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
-#include "server/figures/color_bar.h"
 #include "server/figures/figure_sheet.h"
+#include "server/figures/plot_axis.h"
 #include "server/figures/quantity_text.h"
 
 namespace mote::server {

@@ -38,7 +38,7 @@ struct HistogramFigure {
     std::vector<FigureAxis> axes;  ///< one or two
     std::vector<double> counts;    ///< of the second axis fastest
     CountUnit unit;
-    std::optional<RmsEllipse> ellipse = {};  ///< drawn where the style says so
+    std::optional<RmsEllipse> ellipse = {};  ///< drawn if the style says so
 };
 
 /// A histogram of one axis over all steps.
@@ -67,7 +67,7 @@ struct FigureDocument {
 /// Counts that are not finite are left white, as empty bins are. Errors: resourceExhausted (memory),
 /// internal; invalidArgument (edges that are not finite).
 Result<FigureDocument> drawHistogram(const HistogramFigure& figure, const FigureStyle& style);
-/// Where times do not ascend or are not finite, the number of the step stands in their place.
+/// If times do not ascend or are not finite, the number of the step stands in their place.
 Result<FigureDocument> drawWaterfall(const WaterfallFigure& figure, const FigureStyle& style);
 /// Likewise.
 Result<FigureDocument> drawStatistics(const StatisticsFigure& figure, const FigureStyle& style);

@@ -44,7 +44,7 @@ class FigureSheet {
 RichText countText(const CountUnit& unit);
 std::string countUnit(const CountUnit& unit);
 
-/// Where steps lie along an axis: their times, or, where these do not ascend, their numbers.
+/// Where steps lie along an axis: their times, or, if these do not ascend, their numbers.
 struct StepPlaces {
     std::vector<double> places;
     RichText name;

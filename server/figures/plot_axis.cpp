@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/figures/plot_axis.h"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "protocol/scene/srgb.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::server {
@@ -60,6 +63,21 @@ void addTick(const glm::dvec2& at, Side side, double length, const PlotLook& loo
 }
 
 }  // namespace
+
+void addColorBar(const Box& box, const PlotAxis& axis, const std::function<glm::dvec3(double)>& color,
+                 const PlotLook& look, const Typeface& typeface, Marks& marks) {
+    constexpr std::uint32_t shades = 256;
+    ImageMark image{box, 1, shades, {}};
+    for (std::uint32_t i = 0; i < shades; ++i) {
+        const auto shade = linearToSrgb(glm::clamp(color((shades - i - 0.5) / shades), 0.0, 1.0));
+        for (int c = 0; c < 3; ++c)
+            image.rgba.push_back(static_cast<std::uint8_t>(std::lround(shade[c] * 255.0)));
+        image.rgba.push_back(255);
+    }
+    marks.push_back(std::move(image));
+    addFrame(box, look, marks);
+    addAxis(axis, box, look, typeface, marks);
+}
 
 double AxisScale::share(double value) const {
     if (logarithmic) return std::log(value / low) / std::log(high / low);

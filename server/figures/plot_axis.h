@@ -4,6 +4,7 @@
 // pure functions that add marks; lengths in the unit of the marks.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "server/figures/marks.h"
@@ -58,7 +59,12 @@ void addAxis(const PlotAxis& axis, const Box& frame, const PlotLook& look, const
              Marks& marks);
 void addFrame(const Box& frame, const PlotLook& look, Marks& marks);
 
-/// A text that is no wider, shortened by "…" where need be.
+/// A text that is no wider, shortened by "…" if need be.
 RichText shortened(RichText text, double size, double width, const Typeface& typeface);
+
+/// Adds a colour bar: which colour stands for which value, upright, with an axis on its right. `color`:
+/// linear RGB, by the share of the way from the low end to the high one.
+void addColorBar(const Box& box, const PlotAxis& axis, const std::function<glm::dvec3(double)>& color,
+                 const PlotLook& look, const Typeface& typeface, Marks& marks);
 
 }  // namespace mote::server

@@ -47,7 +47,7 @@ std::vector<Panel> panelsOf(const StatisticsFigure& figure) {
     return panels;
 }
 
-/// What the values of a panel span, with room above and below; from 0 where that is not far.
+/// What the values of a panel span, with room above and below; from 0 if that is not far.
 AxisScale valueScale(const StatisticsFigure& figure, const Panel& panel) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const auto index : panel.series) {
@@ -84,7 +84,7 @@ void addCurve(const std::vector<double>& places, const std::vector<double>& valu
     finish();
 }
 
-/// The names of a panel's series in a row above it, each behind a piece of its line. Where one has a panel to
+/// The names of a panel's series in a row above it, each behind a piece of its line. If one has a panel to
 /// itself, the axis names it.
 void addNames(const StatisticsFigure& figure, const Panel& panel, const Box& frame, FigureSheet& sheet) {
     const auto& look = sheet.look();

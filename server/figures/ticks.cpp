@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "server/figures/unit_text.h"
+#include "server/figures/quantity_text.h"
 
 namespace mote::server {
 namespace {
@@ -45,7 +45,7 @@ struct Step {
 struct Range {
     double low, high;
     double magnitude() const { return std::max(std::abs(low), std::abs(high)); }
-    /// In steps, the ends themselves included where only rounding keeps them out.
+    /// In steps, the ends themselves included if only rounding keeps them out.
     std::pair<std::int64_t, std::int64_t> countsOf(double step) const {
         const double slack = 1e-9;
         return {static_cast<std::int64_t>(std::ceil(low / step - slack)),
@@ -70,7 +70,7 @@ Step stepFor(const Range& range, int most) {
     }
 }
 
-/// A whole number of 10^power as a decimal number, without a point where none is needed.
+/// A whole number of 10^power as a decimal number, without a point if none is needed.
 std::string decimal(std::int64_t number, int power, int decimals) {
     const bool negative = number < 0;
     std::string digits = fmt::to_string(negative ? -number : number);
@@ -95,7 +95,7 @@ int labelDigits(const Range& range, const Step& step, int power) {
     return std::max(before, 1) + std::max(0, power - step.power);
 }
 
-/// The prefix of the unit, and the power where the prefix does not bring the labels near 1.
+/// The prefix of the unit, and the power if the prefix does not bring the labels near 1.
 void choosePower(Ticks& ticks, double magnitude) {
     ticks.prefix = prefixPower(ticks.unit, magnitude);
     ticks.power = ticks.prefix;

@@ -4,7 +4,7 @@
 // more digits than tell them apart. A value; pure functions, any thread.
 //
 // A label times 10^power, plus the offset, is the tick's value in the unit: the labels are made of whole
-// numbers and so are right to the last digit. An offset is taken where a range is so small against where it
+// numbers and so are right to the last digit. An offset is taken if a range is so small against where it
 // lies that labels would have more than five digits: "z − 12.345 m (µm)".
 #pragma once
 
@@ -36,12 +36,12 @@ struct Ticks {
     RichText title(const RichText& name) const;
 };
 
-/// Even ticks of a range, at most `most` of them, at least one where the ends are equal; of a range from high
-/// to low they descend. Where there are none within the range, as in one of which `most` is 1, none. Errors:
+/// Even ticks of a range, at most `most` of them, at least one if the ends are equal; of a range from high
+/// to low they descend. If there are none within the range, as in one of which `most` is 1, none. Errors:
 /// invalidArgument (an end that is not finite).
 Result<Ticks> linearTicks(double low, double high, std::string_view unit, int most);
 
-/// Ticks at powers of ten; where fewer than two are within the range, also between them. Errors:
+/// Ticks at powers of ten; if fewer than two are within the range, also between them. Errors:
 /// invalidArgument (an end that is not finite or not above 0).
 Result<Ticks> logTicks(double low, double high, std::string_view unit, int most);
 

@@ -4,16 +4,16 @@
 #include <algorithm>
 
 #include "protocol/scene/mote_check.h"
-#include "server/figures/color_bar.h"
 #include "server/figures/density_figure.h"
 #include "server/figures/draw_figure.h"
 #include "server/figures/figure_sheet.h"
+#include "server/figures/plot_axis.h"
 #include "server/figures/quantity_text.h"
 
 namespace mote::server {
 namespace {
 
-constexpr std::size_t mostColumns = 4096;  // of the image, where steps lie unevenly
+constexpr std::size_t mostColumns = 4096;  // of the image, if steps lie unevenly
 
 /// The ends of the axis of steps: half a step beyond the first and the last.
 AxisScale stepScale(const std::vector<double>& places) {

@@ -12,7 +12,7 @@
 #include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
 #include "server/render/layers/scene.h"
-#include "server/render/layers/stipple/photograph_dots.h"
+#include "server/render/layers/stipple/photograph.h"
 #include "server/render/layers/stipple/soft_points.h"
 
 namespace mote::server {

@@ -91,7 +91,7 @@ class ArrayFile {
     std::string where(const std::string& name) const { return file_->path() + ":" + name; }
 
     /// Every block of every array. `cancelled` is asked between them. Errors as they are found; one of
-    /// `cancelled` alone where it said so.
+    /// `cancelled` alone if it said so.
     std::vector<Error> verify(const std::function<bool()>& cancelled) const;
 
     /// What became of the file while it was read (mapped_file.h).
@@ -104,7 +104,7 @@ class ArrayFile {
     };
     static Result<ArrayFile> of(Result<MappedFile> mapped, const proto::Digest& digest);
     explicit ArrayFile(MappedFile file) : file_(std::make_unique<MappedFile>(std::move(file))) {}
-    const VerifiedArray* find(const std::string& name) const;  ///< null where there is none
+    const VerifiedArray* find(const std::string& name) const;  ///< null if there is none
     Result<std::span<const std::byte>> verified(const std::string& name, const char* type,
                                                 const std::vector<std::uint64_t>& shape) const;
 

@@ -37,7 +37,7 @@ void keepGood(BeamPiece::Rows<N>& rows, const Values& check, std::size_t count) 
 MOTE_ANY_VECTORS void loadA(const BeamRows& rows, std::size_t begin, std::size_t count, double mass,
                             BeamPiece& piece) {
     auto& a = piece.a;
-    Values check{};  // stays 0 where all is finite
+    Values check{};  // stays 0 if all is finite
     for (std::size_t c = 0; c < BeamRows::coordinates; ++c) {
         auto& to = a.value[placeInA[c]];
         if (rows.coordinate[c].empty()) {

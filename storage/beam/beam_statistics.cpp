@@ -56,7 +56,7 @@ struct Summary {
     }
 };
 
-/// What the sums say, where it is defined; not a number where not.
+/// What the sums say, if it is defined; not a number if not.
 class Beam {
   public:
     Beam(const Sums& sums, const BeamFacts& facts) : sums_(sums), facts_(facts) {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The statistics of a set of particles: names, units and definitions in docs/NUMBERS.md, those of
-// openPMD-beamphysics where it has them. Particles come in blocks, pass after pass: a BeamMoments takes all
+// openPMD-beamphysics if it has them. Particles come in blocks, pass after pass: a BeamMoments takes all
 // blocks once; a BeamPercentiles, made from it, says whether it needs (mostly two, seldom more) further
 // passes over the same blocks. Coordinates are m, s and eV/c. Each thread or process may have an accumulator
 // of its own; merged in any order they give the same bits, as long as the particles are cut into the same
@@ -33,8 +33,8 @@ struct BeamRows {
     std::size_t size = 0;
 };
 
-/// First pass: all moments. A particle takes part where all its known coordinates are finite and its weight
-/// is finite and not negative; in what needs slopes (xp, yp) where these are finite too.
+/// First pass: all moments. A particle takes part if all its known coordinates are finite and its weight
+/// is finite and not negative; in what needs slopes (xp, yp) if these are finite too.
 class BeamMoments {
   public:
     /// Of system a: x px y py z pz t energy p; of system b: x xp y yp p.
@@ -162,7 +162,7 @@ struct BeamFacts {
     bool neutral = false;         ///< they have no charge
 };
 
-/// By statistics(); NaN where a number is not defined (no particle, no weight, a coordinate that is not
+/// By statistics(); NaN if a number is not defined (no particle, no weight, a coordinate that is not
 /// known).
 std::vector<double> beamValues(const BeamMoments::Sums& total, const BeamPercentiles& percentiles,
                                const BeamFacts& facts);

@@ -46,7 +46,7 @@ std::vector<BlockBudget::Candidate> BlockBudget::oldest(Generation before, std::
     return found;
 }
 
-/// Takes them of the room that there is; false where that is not enough.
+/// Takes them of the room that there is; false if that is not enough.
 bool BlockBudget::takeFree(std::uint64_t bytes, std::uint64_t limit) {
     auto resident = resident_.load(std::memory_order_relaxed);
     while (resident + bytes <= limit) {

@@ -25,8 +25,8 @@ class BudgetedBlocks {
     virtual std::size_t blockCount() const = 0;
     /// The generation in which a block was last used; 0: it is not in memory.
     virtual Generation usedIn(std::size_t block) const = 0;
-    virtual std::uint64_t blockSize(std::size_t block) const = 0;  ///< bytes; 0 where it counts itself
-    /// Takes a block out of memory, but not where it was used after `used`; bytes that are free now, 0 where
+    virtual std::uint64_t blockSize(std::size_t block) const = 0;  ///< bytes; 0 if it counts itself
+    /// Takes a block out of memory, but not if it was used after `used`; bytes that are free now, 0 if
     /// it counts itself (CountedMemory). Must not ask the budget for room.
     virtual std::uint64_t giveUp(std::size_t block, Generation used) const = 0;
 
@@ -53,9 +53,9 @@ class BlockBudget {
     Generation beginGeneration() { return generation_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
     /// Counts so many bytes as in memory, after giving up blocks that were last used before `generation`
-    /// where there is no room for them. False where that is not enough: nothing is counted then, though
+    /// if there is no room for them. False if that is not enough: nothing is counted then, though
     /// blocks that are older may be gone. Other blocks go for those that were given up and are still held;
-    /// but where none is left to go they are passed over, as nobody can be asked to let them go. Counting is
+    /// but if none is left to go they are passed over, as nobody can be asked to let them go. Counting is
     /// part of finding the room, so that two threads do not find the same.
     bool take(std::uint64_t bytes, Generation generation);
     /// Counts them whatever there is room for.

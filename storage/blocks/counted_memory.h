@@ -28,7 +28,7 @@ class CountedMemory {
     }
 
     std::uint64_t bytes() const { return bytes_; }
-    /// Counts so many in their place. False where blocks that were used before `generation` leave no room for
+    /// Counts so many in their place. False if blocks that were used before `generation` leave no room for
     /// more: nothing changes then.
     bool resize(std::uint64_t bytes, BlockBudget::Generation generation) {
         if (budget_ && bytes > bytes_ && !budget_->take(bytes - bytes_, generation)) return false;

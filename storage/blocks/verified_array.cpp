@@ -14,7 +14,7 @@
 namespace mote::storage {
 namespace {
 
-/// Bytes of the array, or nothing where they are more than `limit`.
+/// Bytes of the array, or nothing if they are more than `limit`.
 std::optional<std::uint64_t> arrayBytes(const proto::DigestArray& digest, std::uint64_t limit) {
     std::uint64_t bytes = elementBytes(digest.type());
     for (const auto extent : digest.shape()) {
@@ -96,7 +96,7 @@ void VerifiedArray::copyBlock(std::size_t block, std::span<std::byte> to) const 
     if (usedIn(block) == 0) file_->giveUp(offset_ + begin, to.size());
 }
 
-/// Marks a block used where it is in memory.
+/// Marks a block used if it is in memory.
 bool VerifiedArray::touch(std::size_t block, BlockBudget::Generation generation) const {
     auto used = used_[block].load(std::memory_order_relaxed);
     while (used != 0) {

@@ -23,7 +23,7 @@ namespace mote::storage {
 
 class VerifiedArray final : public BudgetedBlocks {
   public:
-    /// `file` and `budget` must outlive this; no budget: what came in stays. Errors: corrupt, where the
+    /// `file` and `budget` must outlive this; no budget: what came in stays. Errors: corrupt, if the
     /// digest contradicts itself or the file's size.
     static Result<VerifiedArray> make(const MappedFile& file, const proto::DigestArray& digest,
                                       BlockBudget* budget);
@@ -36,7 +36,7 @@ class VerifiedArray final : public BudgetedBlocks {
     std::uint64_t bytes() const { return bytes_.size(); }
 
     /// Elements [begin, begin + count), their blocks verified; T is what type() says. Throws StorageError
-    /// (corrupt, with file, array and offset; resourceExhausted, where they are more than the budget).
+    /// (corrupt, with file, array and offset; resourceExhausted, if they are more than the budget).
     template <class T>
     std::span<const T> get(std::uint64_t begin, std::uint64_t count) const {
         use(begin * sizeof(T), count * sizeof(T));
@@ -55,7 +55,7 @@ class VerifiedArray final : public BudgetedBlocks {
         return used_[block].load(std::memory_order_relaxed);
     }
     std::uint64_t giveUp(std::size_t block, Generation used) const override;
-    /// Brings a block in, or marks it used, in `generation`. False where the budget has no room but for what
+    /// Brings a block in, or marks it used, in `generation`. False if the budget has no room but for what
     /// was used since. Throws StorageError (corrupt).
     bool bring(std::size_t block, BlockBudget::Generation generation) const;
     /// Tells the kernel that the block will be brought in soon.

@@ -21,7 +21,7 @@
 namespace mote::storage {
 
 /// A file of pieces that a job puts aside while it does not know yet where they will lie, in the
-/// folder of the dataset that it makes. Gone with its owner; where the process is killed, with the folder.
+/// folder of the dataset that it makes. Gone with its owner; if the process is killed, with the folder.
 /// append() and read() may be called from any thread.
 class ScratchFile {
   public:
@@ -36,7 +36,7 @@ class ScratchFile {
 
     /// Returns where the bytes lie. Errors: resourceExhausted (disk full), internal.
     Result<std::uint64_t> append(std::span<const std::byte> bytes);
-    /// Errors: internal, also where the file ends.
+    /// Errors: internal, also if the file ends.
     Status read(std::uint64_t at, std::span<std::byte> bytes) const;
     /// So that processes of other machines can read it. Errors: resourceExhausted, internal.
     Status sync() const;
@@ -66,7 +66,7 @@ Status writeNewFile(const std::filesystem::path& path, std::string_view text);
 Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
                const std::filesystem::path& name);
 
-/// Fills `bytes` from `offset` of an open file called `name`. Errors: internal, also where the file ends.
+/// Fills `bytes` from `offset` of an open file called `name`. Errors: internal, also if the file ends.
 Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
               const std::filesystem::path& name);
 

@@ -35,7 +35,7 @@ class Packer {
     Packer& operator=(const Packer&) = delete;
     ~Packer() { ZSTD_freeCCtx(context_); }
 
-    /// False where the stream or the library fails.
+    /// False if the stream or the library fails.
     bool add(const char* bytes, std::size_t size, bool last) {
         ZSTD_inBuffer source{bytes, size, 0};
         for (;;) {
@@ -100,7 +100,7 @@ PackedSource::PackedSource(FileDescriptor file)
 
 PackedSource::~PackedSource() = default;
 
-/// False where the file has ended.
+/// False if the file has ended.
 bool PackedSource::readMore() {
     ssize_t got = 0;
     do {

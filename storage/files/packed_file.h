@@ -29,7 +29,7 @@ inline constexpr std::uint64_t unpackingBytes = std::uint64_t{1} << 24;
 Status packFile(const std::filesystem::path& path);
 
 /// A packed file's bytes as they were, for a std::istream; in the memory of a window of 16 MiB at most.
-/// Where the file is damaged or shortened the bytes end.
+/// If the file is damaged or shortened the bytes end.
 class PackedSource final : public std::streambuf {
   public:
     /// Errors: as openRegular.

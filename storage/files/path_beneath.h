@@ -41,7 +41,7 @@ class PathBeneath {
     const std::filesystem::path& path() const { return whole_; }
     std::string string() const { return whole_.string(); }
 
-    /// `flags` as for open(2), O_CLOEXEC besides. An invalid one, and errno, where that fails: ELOOP where
+    /// `flags` as for open(2), O_CLOEXEC besides. An invalid one, and errno, if that fails: ELOOP if
     /// the last part or one beneath the top is a link (before Linux 5.6 also ENOTDIR).
     FileDescriptor open(int flags) const;
 

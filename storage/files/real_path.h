@@ -19,7 +19,7 @@ Result<FileDescriptor> openReal(const std::filesystem::path& path, int flags);
 Result<FileDescriptor> walkReal(const std::filesystem::path& path, int flags);
 
 /// Opens what lies beneath an open folder, by a relative path without "..", no part of which is a link. An
-/// invalid one, and errno, where that fails: ELOOP or ENOTDIR where a part is a link.
+/// invalid one, and errno, if that fails: ELOOP or ENOTDIR if a part is a link.
 FileDescriptor openRealAt(int folder, const std::filesystem::path& path, int flags);
 
 /// The same part by part.

@@ -24,7 +24,7 @@ struct CloseFolder {
 };
 using Folder = std::unique_ptr<DIR, CloseFolder>;
 
-/// No part of the path is followed where it is a link: one may have been put in a folder's place since that
+/// No part of the path is followed if it is a link: one may have been put in a folder's place since that
 /// was listed.
 Folder openFolder(int top, const fs::path& path) {
     FileDescriptor file = openRealAt(top, path.empty() ? "." : path, O_RDONLY | O_DIRECTORY);

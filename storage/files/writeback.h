@@ -14,7 +14,7 @@ namespace mote::storage {
 
 class Writeback {
   public:
-    /// What has been written of a file so far. Waits where many are under way.
+    /// What has been written of a file so far. Waits if many are under way.
     void begin(std::filesystem::path path);
     /// Waits for all. Errors: as syncPath, of the first that failed; they are told once.
     Status finish();

@@ -23,7 +23,7 @@ GridSize gridSize(const google::protobuf::RepeatedField<std::uint32_t>& size);
 /// The map from indices of the source's samples to the world; `hybrid` was checked.
 glm::dmat4 indexToWorld(const proto::HybridManifest& hybrid);
 
-/// nullptr where the dataset is of another kind or has no such step.
+/// nullptr if the dataset is of another kind or has no such step.
 const proto::HybridStepEntry* findHybridStep(const proto::Manifest& manifest, std::uint32_t step);
 
 /// The source's value of a point's code.

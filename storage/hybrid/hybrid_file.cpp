@@ -15,7 +15,7 @@ std::uint64_t brickCount(const GridSize& errorSize) {
     return samplesOf(bricksOf(errorSize, pointBrickSide));
 }
 
-/// Arrays of a step's file by their index; those of points begin one later where there are bricks.
+/// Arrays of a step's file by their index; those of points begin one later if there are bricks.
 constexpr std::size_t lowArray = 0, normalArray = 1, bricksArray = 2, pointsArray = 2;
 
 void addPoints(const HybridStepShape& shape, FileLayout& layout) {

@@ -146,7 +146,7 @@ class HybridStep {
     const GridSize& lowSize() const { return lowSize_; }
     const LowCodes& low() const { return low_; }
     std::span<const std::uint8_t> lowNormal() const { return lowNormal_; }
-    /// The points; without any where the dataset has none. Where the bricks' points begin is our own copy,
+    /// The points; without any if the dataset has none. Where the bricks' points begin is our own copy,
     /// but codes and places are read where they lie: whoever goes by a place holds it to the grid, as the
     /// file may be written to meanwhile.
     const HybridPoints& points() const { return points_; }

@@ -62,7 +62,7 @@ inline Between between(double place, std::uint32_t samples) {
     return {first, std::min(first + 1, samples - 1), static_cast<float>(inside - below)};
 }
 
-/// The map from indices of `grid` to the world, where `source` covers the same box and has `indexToWorld`.
+/// The map from indices of `grid` to the world, if `source` covers the same box and has `indexToWorld`.
 inline glm::dmat4 gridToWorld(const glm::dmat4& indexToWorld, const GridSize& source, const GridSize& grid) {
     glm::dvec3 first(0.0);
     glm::dvec3 spacing(1.0);

@@ -23,7 +23,7 @@ class NormalTable {
     /// Unit length; zero for `none`.
     const glm::vec3& direction(std::uint8_t code) const { return directions_[code]; }
     /// The code of the nearest direction, the lower of two that are equally near. `vector` has any length;
-    /// `none` where that is zero or not finite.
+    /// `none` if that is zero or not finite.
     std::uint8_t code(const glm::vec3& vector) const;
 
   private:

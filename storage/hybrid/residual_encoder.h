@@ -72,7 +72,7 @@ class ResidualEncoder {
     /// where nothing is added.
     void add(const GridSize& brick, std::span<const std::int32_t, residualBrickSamples> multiples);
 
-    /// All of them, or nothing where there is no sample. Errors: as ScratchFile::append.
+    /// All of them, or nothing if there is no sample. Errors: as ScratchFile::append.
     Result<std::optional<ResidualPart>> store(ScratchFile& scratch) const;
 
   private:

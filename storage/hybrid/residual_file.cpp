@@ -55,7 +55,7 @@ std::unique_ptr<std::streambuf> bytesOf(FileDescriptor file, bool packed) {
 
 using Values = std::array<float, residualBrickSamples>;
 
-/// A leaf's samples as exact multiples of the step; false where one is none.
+/// A leaf's samples as exact multiples of the step; false if one is none.
 bool takeValues(std::span<const float, residualBrickSamples> leaf, double step, Values& values) {
     bool good = true;
     for (std::uint32_t i = 0; i < residualBrickSamples; ++i) {

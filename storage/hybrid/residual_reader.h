@@ -26,8 +26,8 @@ struct ResidualPromise {
 
 class ResidualReader {
   public:
-    /// A brick's index along x, y, z and its values as they lie in the file, which has z fastest; 0 where
-    /// there is no sample. Ends where it returns false.
+    /// A brick's index along x, y, z and its values as they lie in the file, which has z fastest; 0 if
+    /// there is no sample. Ends if it returns false.
     using Visit = std::function<bool(const GridSize&, std::span<const float, residualBrickSamples>)>;
     using Cancelled = std::function<bool()>;
 

@@ -13,7 +13,7 @@
 
 namespace mote::storage {
 
-/// An edge and the triangles on its sides. Where more than two triangles meet, or one lies alone, there is an
+/// An edge and the triangles on its sides. If more than two triangles meet, or one lies alone, there is an
 /// edge for each of them, with nothing on its other side.
 struct MeshEdge {
     static constexpr std::uint32_t none = UINT32_MAX;
@@ -27,7 +27,7 @@ struct MeshEdge {
 
 struct SurfaceMesh {
     std::vector<glm::vec3> positions;  ///< [V] world units; one place may have several vertices: at a crease
-    std::vector<glm::vec3> normals;    ///< [V] unit length, outwards where triangles are counterclockwise
+    std::vector<glm::vec3> normals;    ///< [V] unit length, outwards if triangles are counterclockwise
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< [T] vertices
     std::vector<MeshEdge> edges;                          ///< [E] by their first triangle
     /// [T] of each triangle, numbered from 0 in the order of their first triangles; empty: all are one.

@@ -25,7 +25,7 @@ class TriangleIntersections {
     /// of one without area.
     std::array<double, 3> heights(std::uint32_t triangle, std::uint32_t plane) const;
 
-    /// The straight line along which two triangles cut each other, world units. None where they share an
+    /// The straight line along which two triangles cut each other, world units. None if they share an
     /// edge, lie in one plane, or have no more than a place in common. A corner in the other's plane counts
     /// as above it, so that of the triangles on either side of an edge that lies there one is cut. The
     /// triangles beside these two have the same ends where their lines go on.

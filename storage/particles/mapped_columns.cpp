@@ -70,6 +70,18 @@ FileLayout columnsLayout(const std::vector<ColumnInfo>& columns, bool ids, std::
     return layout;
 }
 
+Result<const proto::ParticleStepEntry*> stepEntry(const PathBeneath& directory,
+                                                  const proto::Manifest& manifest, std::uint32_t step) {
+    if (!manifest.has_particles()) {
+        return invalid(directory.string(),
+                       fmt::format("is a dataset of kind \"{}\", not a particle plot", manifest.kind()));
+    }
+    const auto& steps = manifest.particles().steps();
+    if (step < static_cast<std::uint32_t>(steps.size())) return &steps[static_cast<int>(step)];
+    return notFound(directory.string(),
+                    fmt::format("has {} steps, so none with index {}", steps.size(), step));
+}
+
 Result<std::shared_ptr<const ParticleColumns>> ParticleColumns::open(const PathBeneath& directory,
                                                                      const proto::Manifest& manifest,
                                                                      std::uint32_t step,
@@ -83,16 +95,9 @@ Result<std::shared_ptr<const MappedColumns>> MappedColumns::open(const PathBenea
                                                                  const proto::Manifest& manifest,
                                                                  std::uint32_t step,
                                                                  std::shared_ptr<BlockBudget> budget) {
-    if (!manifest.has_particles()) {
-        return Error{ErrorCode::invalidArgument, directory.string(),
-                     fmt::format("is a dataset of kind \"{}\", not a particle plot", manifest.kind())};
-    }
+    MOTE_ASSIGN_OR_RETURN(const auto* const found, stepEntry(directory, manifest, step));
+    const auto& entry = *found;
     const auto& particles = manifest.particles();
-    if (step >= static_cast<std::uint32_t>(particles.steps_size())) {
-        return Error{ErrorCode::notFound, directory.string(),
-                     fmt::format("has {} steps, so none with index {}", particles.steps_size(), step)};
-    }
-    const auto& entry = particles.steps(static_cast<int>(step));
     if (entry.columns_file().empty()) return withoutColumns(directory);
     MOTE_ASSIGN_OR_RETURN(const auto digest, readDigest(directory / entry.columns_digest(),
                                                         *findFile(manifest, entry.columns_digest())));

@@ -25,6 +25,10 @@ std::string columnsName(std::uint32_t step);
 /// How a columns file of so many points is laid out.
 FileLayout columnsLayout(const std::vector<ColumnInfo>& columns, bool ids, std::uint64_t points);
 
+/// Returns the entry of a step. Errors: invalidArgument (a dataset of another kind), notFound.
+Result<const proto::ParticleStepEntry*> stepEntry(const PathBeneath& directory,
+                                                  const proto::Manifest& manifest, std::uint32_t step);
+
 class MappedColumns final : public ParticleColumns {
   public:
     /// As ParticleColumns::open.
@@ -45,8 +49,8 @@ class MappedColumns final : public ParticleColumns {
     std::span<const std::uint32_t> pointsById(std::uint64_t begin, std::uint64_t count) const override;
     void check() const override;
 
-    /// Hashes every block, and holds the index to the ids: what is wrong, nothing where all is well. Stops
-    /// early, with a `cancelled` error, where `cancelled` says so.
+    /// Hashes every block, and holds the index to the ids: what is wrong, nothing if all is well. Stops
+    /// early, with a `cancelled` error, if `cancelled` says so.
     std::vector<Error> verify(const std::function<bool()>& cancelled) const;
 
   private:

@@ -11,6 +11,7 @@
 #include "storage/arrays/array_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
+#include "storage/particles/mapped_columns.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {
@@ -46,17 +47,9 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const PathBeneath& di
                                                            const proto::Manifest& manifest,
                                                            std::uint32_t step,
                                                            std::shared_ptr<BlockBudget> budget) {
-    if (!manifest.has_particles()) {
-        return Error{ErrorCode::invalidArgument, directory.string(),
-                     fmt::format("is a dataset of kind \"{}\", not a particle plot", manifest.kind())};
-    }
-    if (step >= static_cast<std::uint32_t>(manifest.particles().steps_size())) {
-        return Error{
-            ErrorCode::notFound, directory.string(),
-            fmt::format("has {} steps, so none with index {}", manifest.particles().steps_size(), step)};
-    }
+    MOTE_ASSIGN_OR_RETURN(const auto* const found, stepEntry(directory, manifest, step));
+    const auto& entry = *found;
     const auto& particles = manifest.particles();
-    const auto& entry = particles.steps(static_cast<int>(step));
     MOTE_ASSIGN_OR_RETURN(const auto digest,
                           readDigest(directory / entry.digest(), *findFile(manifest, entry.digest())));
     const auto path = directory / entry.file();

@@ -21,7 +21,7 @@ namespace mote::storage {
 
 class MappedStep final : public ParticleStep {
   public:
-    /// Something to do ahead of need: blocks [first, last) of an array to bring in, or, where there is no
+    /// Something to do ahead of need: blocks [first, last) of an array to bring in, or, if there is no
     /// array, what follows from blocks that are there.
     struct Ahead {
         enum class Follows { previewScale, tree };
@@ -56,7 +56,7 @@ class MappedStep final : public ParticleStep {
 
     /// What to do for a need, in this order; ranges are cut to what there is.
     std::vector<Ahead> aheadOf(const StepNeed& need) const;
-    /// False where the budget has no room for it but for what was used since `generation`. Throws
+    /// False if the budget has no room for it but for what was used since `generation`. Throws
     /// StorageError; that the octree is wrong is left to those who ask for it.
     bool follow(Ahead::Follows follows, BlockBudget::Generation generation) const;
     /// check() throws this from now on.
@@ -64,8 +64,8 @@ class MappedStep final : public ParticleStep {
     /// Bytes that must be in memory at once: octree, leaves and volume.
     std::uint64_t bytesAtOnce() const;
 
-    /// Hashes every block and checks octree and leaves: what is wrong, nothing where all is well. Stops
-    /// early, with a `cancelled` error, where `cancelled` says so.
+    /// Hashes every block and checks octree and leaves: what is wrong, nothing if all is well. Stops
+    /// early, with a `cancelled` error, if `cancelled` says so.
     std::vector<Error> verify(const std::function<bool()>& cancelled) const;
 
   private:

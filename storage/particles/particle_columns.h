@@ -5,9 +5,9 @@
 // from any number of threads; shared by all who ask for numbers of the step. Layout: docs/FORMAT.md.
 //
 // A value is offset + what the file holds, a float: the offset lies near the middle of the step's points.
-// Where the steps of floats would be too coarse for them, the file holds the values themselves, doubles.
+// If the steps of floats would be too coarse for them, the file holds the values themselves, doubles.
 // Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
-// (corrupt, naming file, array and offset) where they differ from the digest. With a budget, blocks come and
+// (corrupt, naming file, array and offset) if they differ from the digest. With a budget, blocks come and
 // go as those of ParticleStep do.
 #pragma once
 
@@ -32,7 +32,7 @@ class BlockBudget;
 struct ColumnInfo {
     std::string name;      ///< "x", "px", ..., "weight", or the source's own; never "id"
     std::string unit;      ///< "m", "eV/c", "s", "1", ...
-    double offset = 0.0;   ///< in the unit; a value is offset + float; NaN where the source has no finite one
+    double offset = 0.0;   ///< in the unit; a value is offset + float; NaN if the source has no finite one
     bool doubles = false;  ///< the file holds the values themselves
     double resolution =
         0.0;  ///< greatest step from a value to the next; 0: finer than asked about, or not known
@@ -73,7 +73,7 @@ class ParticleColumns {
     }
 
     virtual bool hasIds() const = 0;
-    /// The ids of points [begin, begin + count); only where there are ids.
+    /// The ids of points [begin, begin + count); only if there are ids.
     virtual std::span<const std::uint64_t> ids(std::uint64_t begin, std::uint64_t count) const = 0;
     /// Ranks [begin, begin + count) of the id index: points by ascending id, of equal ids by ascending point.
     /// The numbers are the file's: whoever goes by one reads it by pointOfRank().
@@ -85,7 +85,7 @@ class ParticleColumns {
         throw StorageError(Error{ErrorCode::corrupt, "/ids/point", "names a point that is not there"});
     }
 
-    /// Throws StorageError where what was read may have been something else (the file changed).
+    /// Throws StorageError if what was read may have been something else (the file changed).
     virtual void check() const {}
 
     /// The index of a column in columns().

@@ -8,7 +8,7 @@
 //
 // Space: the plot's box [0, 1]^3 for the octree; layer space is that box scaled to [-1, 1]^3.
 // Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
-// (corrupt, naming file, array and offset) where they differ from the digest. Layout: docs/FORMAT.md.
+// (corrupt, naming file, array and offset) if they differ from the digest. Layout: docs/FORMAT.md.
 //
 // Opened with a budget (block_budget.h), the blocks come and go: an accessor waits for what is not in memory,
 // and the functions ...Ready say what it need not wait for. Without one, all counts as ready. A span is good
@@ -58,7 +58,7 @@ struct OctreeNodes {
     std::span<const std::uint64_t> count;       ///< particles below
     std::span<const float> density;             ///< weight below, over the cell's share of the box
     std::span<const float> minDensity;          ///< least density of a leaf below
-    std::shared_ptr<const void> keeper = {};    ///< keeps their memory, where the step may give it up
+    std::shared_ptr<const void> keeper = {};    ///< keeps their memory, if the step may give it up
 
     std::size_t size() const { return level.size(); }
 };
@@ -144,7 +144,7 @@ class ParticleStep {
     }
     /// The greatest `most`, no greater than this one, that preview() answers at once.
     virtual std::uint64_t previewReady(std::uint64_t most) const { return most; }
-    /// Called at the end of each picture: throws StorageError where what was read may have been something
+    /// Called at the end of each picture: throws StorageError if what was read may have been something
     /// else: the file was truncated or changed under the mapping, or a block that was to come in is damaged.
     virtual void check() const {}
 };

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t blockLeaves = 4096;
 constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
 
-/// Calls visit(leaf) for all of them on all threads; false where `cancelled` said to stop.
+/// Calls visit(leaf) for all of them on all threads; false if `cancelled` said to stop.
 template <class Visit>
 bool forLeaves(std::size_t leaves, const std::function<bool()>& cancelled, const Visit& visit) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves, blockLeaves), [&](const auto& block) {

@@ -22,7 +22,7 @@ namespace mote::storage {
 
 class SelectedStep final : public ParticleStep {
   public:
-    /// `mask`: of the step's points. `leafCapacity`: the manifest's. Stops with a `cancelled` error where
+    /// `mask`: of the step's points. `leafCapacity`: the manifest's. Stops with a `cancelled` error if
     /// `cancelled` says so. Uses all threads of the calling arena. Errors: resourceExhausted (a step of more
     /// than 2^32 points). Throws StorageError.
     static Result<std::shared_ptr<SelectedStep>> make(const ParticleStep& step, const PointMask& mask,

@@ -48,10 +48,10 @@ class StepTree final : public BudgetedBlocks {
     StepTree(const StepTree&) = delete;
     StepTree& operator=(const StepTree&) = delete;
 
-    /// Waits for it where it is not in memory. Uses all threads of the calling arena. Throws StorageError
+    /// Waits for it if it is not in memory. Uses all threads of the calling arena. Throws StorageError
     /// (corrupt, with file and array; resourceExhausted).
     Tree get() const;
-    /// Brings it in, or marks it used, in `generation`. False where the budget has no room but for what was
+    /// Brings it in, or marks it used, in `generation`. False if the budget has no room but for what was
     /// used since. That it is wrong is left to those who ask for it. Throws StorageError (resourceExhausted).
     bool bring(Generation generation) const;
     /// Whether get() returns, or throws, at once.

@@ -50,7 +50,7 @@ std::vector<std::uint32_t> alongCurve(std::span<const glm::dvec2> places) {
     return order;
 }
 
-/// Turns stretches around where that shortens the way; whether any did.
+/// Turns stretches around if that shortens the way; whether any did.
 bool shorten(std::span<const glm::dvec2> places, std::vector<std::uint32_t>& order) {
     const auto gap = [&](std::size_t a, std::size_t b) {
         return glm::distance(places[order[a]], places[order[b]]);

@@ -16,9 +16,7 @@
 #include <vector>
 
 #include "protocol/scene/srgb.h"
-#include "server/encode/vector/cut_dots.h"
-#include "server/encode/vector/cut_strokes.h"
-#include "server/encode/vector/paint.h"
+#include "server/encode/vector/cut_shapes.h"
 #include "server/encode/vector/tour.h"
 #include "server/figures/svg_marks.h"
 #include "server/render/plan/dot.h"
@@ -146,7 +144,7 @@ class Beneath {
     const render::Picture* raster_;
 };
 
-/// What lies before what is drawn as number `index`, strokes first; nothing where it is not told.
+/// What lies before what is drawn as number `index`, strokes first; nothing if it is not told.
 const Sight& sightOf(const VectorDrawing& drawing, std::size_t index) {
     static const Sight nothing(0, {}, {});
     return index < drawing.sights.size() && drawing.sights[index] ? *drawing.sights[index] : nothing;

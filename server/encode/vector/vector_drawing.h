@@ -35,7 +35,7 @@ struct PageLayout {
     double y(double pixels) const { return top + scale * pixels; }   ///< mm from its upper edge
 };
 
-/// `width` and `height` of the picture in pixels, at least 1. Where only one side of the sheet is given, the
+/// `width` and `height` of the picture in pixels, at least 1. If only one side of the sheet is given, the
 /// other follows from the picture.
 PageLayout layOut(const Page& page, std::uint32_t width, std::uint32_t height);
 
@@ -84,7 +84,7 @@ struct PageDrawing {
     bool plotter = false;
 };
 
-/// Dots as layers on the sheet: of each colour one, or one of all where there are more than 16; those behind
+/// Dots as layers on the sheet: of each colour one, or one of all if there are more than 16; those behind
 /// first, or along a short tour for a plotter. Strokes lie beneath them, each list by itself.
 PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page);
 

@@ -76,7 +76,7 @@ bool isThere(const char* library) {
     return ::dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr;
 }
 
-/// Epoxy loads these when they are first called, and ends the process where they are not installed. They stay
+/// Epoxy loads these when they are first called, and ends the process if they are not installed. They stay
 /// loaded.
 void requireLibraries() {
     if (!isThere("libEGL.so.1")) throw DeviceError("there is no libEGL.so.1 here");

@@ -14,7 +14,7 @@ namespace mote::render {
 class EglContext {
   public:
     /// Prefers a hardware device (EGL_EXT_platform_device), then any device, then Mesa's surfaceless
-    /// platform. Throws DeviceError where none offers OpenGL 4.5 core.
+    /// platform. Throws DeviceError if none offers OpenGL 4.5 core.
     EglContext();
     ~EglContext();
     EglContext(const EglContext&) = delete;

@@ -105,7 +105,7 @@ class EglDevice::Unfinished final : public UnfinishedPicture {
 EglDevice::EglDevice(EglOptions options) : state_(std::make_unique<State>(std::move(options))) {}
 
 EglDevice::~EglDevice() {
-    // GL objects can only be deleted in their context; where it is lost, so are they.
+    // GL objects can only be deleted in their context; if it is lost, so are they.
     try {
         const EglContext::Current current(context_);
         state_.reset();

@@ -24,7 +24,7 @@ struct EglOptions {
     bool measure = false;  ///< waits for the device after each stage, and notes its time
 };
 
-/// How long the stages of the last picture took. Only where EglOptions::measure is set.
+/// How long the stages of the last picture took. Only if EglOptions::measure is set.
 struct StageTimes {
     using Duration = std::chrono::duration<double, std::milli>;
     Duration prepare{};  ///< uploads, tables
@@ -41,7 +41,7 @@ struct StageTimes {
 
 class EglDevice final : public Device {
   public:
-    /// Throws DeviceError where there is no OpenGL 4.5.
+    /// Throws DeviceError if there is no OpenGL 4.5.
     explicit EglDevice(EglOptions options = {});
     ~EglDevice() override;
 

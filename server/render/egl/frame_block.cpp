@@ -30,7 +30,7 @@ RayMap raysIn(const FramePlan& plan, const DepthSection& section, const glm::dma
     return {plan, boxToEye, section.nearDepth - section.firstSlab * thickness, thickness};
 }
 
-/// Sets the rays where there is one section; else composite.comp takes them from sectionRays.
+/// Sets the rays if there is one section; else composite.comp takes them from sectionRays.
 void setRays(LayerBlock& block, const RayMap& rays) {
     for (std::size_t i = 0; i < 3; ++i) {
         block.entry[i] = glm::vec4(rays.entry[i], 0.0);

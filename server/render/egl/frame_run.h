@@ -92,7 +92,7 @@ struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
     GlBuffer dots, dotLists, sections;
     GlBuffer grids, gridBricks, tables, colors;
-    GlTexture noVolume;  ///< where a layer has none: a program is compiled for textures as they are
+    GlTexture noVolume;  ///< if a layer has none: a program is compiled for textures as they are
     GlTexture gridBricksTexture, tablesTexture;
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, dotsTexture, dotListsTexture, colorsTexture;
 };
@@ -118,7 +118,7 @@ class FrameRun {
         ResidentStep* resident;
         BendBlock bends;
         PointNumbers numbers{};
-        const GridVolume* volume = nullptr;  ///< null where none of it is visible
+        const GridVolume* volume = nullptr;  ///< null if none of it is visible
         std::optional<BendBlock> volumeBends = {};
         const DensityTable* table = nullptr;
         GlBuffer bricks;
@@ -166,7 +166,7 @@ class FrameRun {
     void bindColors(const Band& band);
     bool drawBand(const Band& band, Picture& picture);
     void bindBand(const Band& band);
-    /// Where depth does not matter: see flat_.
+    /// If depth does not matter: see flat_.
     bool drawFlat(const Band& band);
     bool drawSlabs(const Band& band);
     void markVolumes();
@@ -207,7 +207,7 @@ class FrameRun {
     std::uint32_t tilesAcross_, tilesDown_;
 };
 
-/// Notes how long a stage took, where EglOptions::measure asks for it.
+/// Notes how long a stage took, if EglOptions::measure asks for it.
 class FrameRun::Stage {
   public:
     Stage(const FrameRun& run, StageTimes::Duration& sum) : measure_(run.options_.measure), sum_(sum) {

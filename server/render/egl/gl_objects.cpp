@@ -15,7 +15,7 @@ GLuint newBuffer() {
     return name;
 }
 
-/// At least as many bytes. Mesa's software rasteriser compiles a program anew where a buffer that it reads as
+/// At least as many bytes. Mesa's software rasteriser compiles a program anew if a buffer that it reads as
 /// texels becomes or ceases to be a power of two, or a multiple of 2^16: none of ours ever is.
 std::size_t allocated(std::size_t bytes) {
     constexpr std::size_t unit = 1U << 16, beyond = 1U << 8;

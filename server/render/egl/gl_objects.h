@@ -56,7 +56,7 @@ using GlShader = GlName<detail::deleteShader>;
 class GlBuffer {
   public:
     GlBuffer() = default;
-    /// Filled from `data` where it is not null. Throws DeviceError where memory runs out.
+    /// Filled from `data` if it is not null. Throws DeviceError if memory runs out.
     explicit GlBuffer(std::size_t bytes, const void* data = nullptr);
     template <class T>
     static GlBuffer of(std::span<const T> values) {
@@ -66,7 +66,7 @@ class GlBuffer {
     GLuint get() const { return name_.get(); }
     /// What it takes, at least what was asked for.
     std::size_t bytes() const { return bytes_; }
-    /// Makes it at least as large; what it held is lost where it grows.
+    /// Makes it at least as large; what it held is lost if it grows.
     void grow(std::size_t bytes);
     void write(std::size_t offset, std::size_t bytes, const void* data);
     void read(std::size_t offset, std::size_t bytes, void* data) const;
@@ -86,7 +86,7 @@ class GlBuffer {
 /// A view of a buffer as a one-dimensional array of texels.
 GlTexture bufferTexture(const GlBuffer& buffer, GLenum format);
 
-/// Throws DeviceError that names `what` where GL has an error pending.
+/// Throws DeviceError that names `what` if GL has an error pending.
 void checkGl(const char* what);
 
 /// Pacer: lets the device work a little ahead of the host and no more, so that a stop request is answered
@@ -98,7 +98,7 @@ class Pacer {
     Pacer(const Pacer&) = delete;
     Pacer& operator=(const Pacer&) = delete;
 
-    /// Called after each piece of work, a few milliseconds long: false where the frame is to be given up.
+    /// Called after each piece of work, a few milliseconds long: false if the frame is to be given up.
     bool next() {
         if (stop_.stop_requested()) return false;
         const GLsync now = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);

@@ -107,7 +107,7 @@ Texel packed(const std::uint16_t* code, const std::uint8_t* normal) {
             word(normals(2), normal[4])};
 }
 
-/// Packs and writes rows from the texel `begin` on. Four samples beyond the last can be read. False where the
+/// Packs and writes rows from the texel `begin` on. Four samples beyond the last can be read. False if the
 /// frame is given up.
 bool write(GlBuffer& buffer, std::size_t begin, const Rows& rows, const Pacer& pacer) {
     const std::size_t across = rows.texels(), atOnce = std::max<std::size_t>(piece / across, 1);

@@ -24,8 +24,8 @@ class StepGrid {
   public:
     static constexpr std::uint32_t brickEdge = GridBricks::edge;  ///< cells of the grid
 
-    /// `corrected`: with the step's bricks, which must be there. Empty where the frame is given up meanwhile.
-    /// Throws DeviceError, also where the device cannot hold it.
+    /// `corrected`: with the step's bricks, which must be there. Empty if the frame is given up meanwhile.
+    /// Throws DeviceError, also if the device cannot hold it.
     static std::optional<StepGrid> load(const GridField& step, bool corrected, const Pacer& pacer);
 
     /// The coarse grid, x fastest, then brick after brick, as shaders/grid.glsl reads them.
@@ -82,7 +82,7 @@ class ResidentGrids {
   public:
     explicit ResidentGrids(std::uint64_t budget) : budget_(budget) {}
 
-    /// What the plan draws, ready but for light; empty where the frame is given up meanwhile. It stays valid
+    /// What the plan draws, ready but for light; empty if the frame is given up meanwhile. It stays valid
     /// for the next 15 calls, until dropExpired(). Throws DeviceError.
     std::optional<GridParts> of(const FieldPlan& plan, const CorrectedField& samples, const Pacer& pacer);
     void dropExpired();

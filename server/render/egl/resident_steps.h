@@ -32,7 +32,7 @@ struct PointChunk {
     std::size_t bytes() const { return points.bytes() + selected.bytes() + weights.bytes(); }
 };
 
-/// What a frame draws of a chunk: either its points one by one, where they are few, or blocks of it.
+/// What a frame draws of a chunk: either its points one by one, if they are few, or blocks of it.
 struct ChunkSelection {
     bool listed = false;
     std::size_t firstLeaf = 0;  ///< of its first point
@@ -40,7 +40,7 @@ struct ChunkSelection {
     std::vector<std::uint32_t> numbers;
     std::vector<std::uint32_t> wholeBlocks;  ///< not listed: the blocks of which all points are drawn
     std::vector<std::uint32_t> partBlocks;   ///< and those of which some are
-    std::vector<float> weights;              ///< of each leaf's points, where they differ
+    std::vector<float> weights;              ///< of each leaf's points, if they differ
     bool uploaded = false;
 
     bool empty() const { return numbers.empty() || (!listed && wholeBlocks.empty() && partBlocks.empty()); }
@@ -55,7 +55,7 @@ class StepPoints {
 
     explicit StepPoints(const storage::ParticleStep& step);
 
-    /// Which points are drawn from now on. Cheap where they are the same as before.
+    /// Which points are drawn from now on. Cheap if they are the same as before.
     void select(const PointsPlan& layer);
 
     std::size_t chunkCount() const { return chunks_.size(); }
@@ -112,11 +112,11 @@ class ResidentSteps {
   public:
     explicit ResidentSteps(std::uint64_t budget) : budget_(budget) {}
 
-    /// Made where it is not there. The reference stays valid until dropExpired().
+    /// Made if it is not there. The reference stays valid until dropExpired().
     ResidentStep& of(const std::shared_ptr<const storage::ParticleStep>& step);
-    /// A chunk with the current selection; others are given up where the budget asks for it.
+    /// A chunk with the current selection; others are given up if the budget asks for it.
     const PointChunk& chunk(ResidentStep& resident, std::size_t index);
-    /// Made where it is not there. The reference stays valid until dropExpired(). Throws DeviceError.
+    /// Made if it is not there. The reference stays valid until dropExpired(). Throws DeviceError.
     const GridVolume& volume(const std::shared_ptr<const StepVolume>& grid);
     void dropExpired();
     std::uint64_t bytes() const;

@@ -46,7 +46,7 @@ struct EmbreeScene {
         rtcReleaseGeometry(geometry);
         return geometry;
     }
-    /// Builds what was added. Throws std::bad_alloc where memory runs out, or ran out before.
+    /// Builds what was added. Throws std::bad_alloc if memory runs out, or ran out before.
     void build(RTCGeometry geometry) {
         rtcCommitGeometry(geometry);
         // One thread builds: pictures of other sessions go on meanwhile.

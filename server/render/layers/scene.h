@@ -22,9 +22,9 @@ namespace mote::render {
 struct Scene {
     View view;
     std::vector<std::shared_ptr<const storage::ParticleStep>>
-        steps;                              ///< one a layer; null where it has no particles
+        steps;                              ///< one a layer; null if it has no particles
     std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
-    /// One a layer, null where it is of another kind; or empty where all are.
+    /// One a layer, null if it is of another kind; or empty if all are.
     std::vector<std::shared_ptr<const GridField>> hybrids = {};
     std::vector<std::shared_ptr<const MeshSurface>> meshes = {};  ///< likewise
     /// Likewise: particles that are drawn as a field of their density (layers/ink/density_grid.h).

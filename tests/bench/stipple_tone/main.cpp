@@ -19,7 +19,6 @@
 
 #include "preprocess/image/read_picture.h"
 #include "server/render/layers/stipple/photograph.h"
-#include "server/render/layers/stipple/photograph_tone.h"
 #include "server/render/layers/stipple/tone.h"
 #include "storage/manifest.h"
 #include "storage/stipple/stipple_hierarchy.h"

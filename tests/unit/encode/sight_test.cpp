@@ -8,10 +8,7 @@
 #include <numbers>
 
 #include "protocol/scene/srgb.h"
-#include "server/encode/vector/clip_path.h"
-#include "server/encode/vector/cut_dots.h"
-#include "server/encode/vector/cut_strokes.h"
-#include "server/encode/vector/paint.h"
+#include "server/encode/vector/cut_shapes.h"
 #include "server/encode/vector/sight_probe.h"
 #include "tests/support/random.h"
 

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "server/figures/unit_text.h"
+#include "server/figures/quantity_text.h"
 
 namespace mote::server {
 namespace {

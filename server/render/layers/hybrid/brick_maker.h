@@ -28,7 +28,7 @@ class BrickMaker {
     BrickMaker(const GridField& step, const glm::uvec3& size);
 
     /// The residuals of one brick, told once; of the others they are 0. Beyond the grid they are ignored.
-    /// Errors: resourceExhausted where there are too many.
+    /// Errors: resourceExhausted if there are too many.
     Status add(const glm::uvec3& brick, BrickResidual residual);
     /// A point, which must lie in the grid: a sample's code and that of its normal. No brick has both
     /// residuals and points. Errors: as above.

@@ -23,14 +23,14 @@ namespace mote::render {
 glm::dmat4 hybridBox(const proto::HybridManifest& hybrid);
 Bounds hybridBounds(const proto::HybridManifest& hybrid);
 
-/// What the dataset has of what was asked for; never `best`. Errors: unsupported, where it has not.
+/// What the dataset has of what was asked for; never `best`. Errors: unsupported, if it has not.
 Result<HybridRepresentation> hybridParts(const proto::HybridManifest& hybrid, HybridRepresentation asked);
 
 /// An estimate from the manifest of what a step takes in memory, loaded for a representation.
 std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                           HybridRepresentation representation);
 
-/// The same for what loading takes besides: the step's file where it is packed, what is told of each brick,
+/// The same for what loading takes besides: the step's file if it is packed, what is told of each brick,
 /// the places of a residual's bricks.
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                                  HybridRepresentation representation);

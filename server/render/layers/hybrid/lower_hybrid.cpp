@@ -51,7 +51,7 @@ Shades shadesOf(const Light& light, const glm::dmat4& layerToEye, const glm::dma
     return shades;
 }
 
-/// The range from the least to the greatest knot; a small range where there is but one.
+/// The range from the least to the greatest knot; a small range if there is but one.
 ValueRange knotsOf(const Curve& curve, const ValueRange& all) {
     const double low = curve.knots().front().x, high = curve.knots().back().x;
     return {low, high > low ? high : low + (all.high - all.low) / 256.0};

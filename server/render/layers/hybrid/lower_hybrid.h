@@ -11,14 +11,14 @@
 
 namespace mote::render {
 
-/// The opacity where a style has none: the first preset that suits the values
+/// The opacity if a style has none: the first preset that suits the values
 /// (protocol/scene/curve_presets.h), which is what a viewer begins with.
 Curve defaultOpacity(const GridField& field);
 
 /// The transfer function of values in the source's unit.
 TransferFunction transferOf(const HybridStyle& style, const GridField& field);
 
-/// What the field has, where the style leaves it open.
+/// What the field has, if the style leaves it open.
 HybridRepresentation resolved(HybridRepresentation asked, const GridField& field);
 
 /// Adds the layer's field to `out`. `index`: the layer's place in its view.

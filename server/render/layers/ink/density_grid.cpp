@@ -123,7 +123,7 @@ DensitySamples smoothed(const DensitySamples& samples, double particles) {
         DensitySamples finer{size, std::vector<float>(own.size())};
         eachSample(size, [&](std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t at) {
             const float coarse = between(made, x, y, z);
-            // That there are none where some are expected tells as much as some that are there.
+            // That there are none if some are expected tells as much as some that are there.
             const double count = perDensity * static_cast<double>(std::max(own[at], coarse));
             const double share =
                 count > fewest ? std::min(std::log(count / fewest) / std::log(enough / fewest), 1.0) : 0.0;

@@ -29,7 +29,7 @@ DensitySamples densitySamples(const storage::ParticleStep& step);
 DensitySamples smoothed(const DensitySamples& samples, double particles);
 
 /// Scaled log densities (protocol/scene/log_density.h) of a step, smoothed; nothing but a plot's box of
-/// nothing where it has no particles. Throws storage::StorageError where the volume is damaged.
+/// nothing if it has no particles. Throws storage::StorageError if the volume is damaged.
 std::shared_ptr<const GridField> densityGrid(const storage::ParticleStep& step);
 
 /// An estimate of what densityGrid() holds while it works, beside the step's volume.

@@ -32,7 +32,7 @@ class ExtinctionTable {
     }
 
   private:
-    // Cells by which two places differ at least where a difference of integrals tells their mean.
+    // Cells by which two places differ at least if a difference of integrals tells their mean.
     static constexpr double alike = 1e-3;
 
     std::size_t cellOf(double at) const { return static_cast<std::size_t>(std::clamp(at, 0.0, last_)); }

@@ -14,7 +14,7 @@
 
 namespace mote::render {
 
-/// A share of a line, 0 at its beginning and 1 at its end; none where end < begin.
+/// A share of a line, 0 at its beginning and 1 at its end; none if end < begin.
 struct Span {
     double begin = 0.0, end = -1.0;
 
@@ -29,7 +29,7 @@ class LineView {
     glm::dvec3 toEye(const glm::dvec3& inLayer) const;
     /// Pixels from the upper left corner; of what lies in front of the eye.
     glm::dvec2 onScreen(const glm::dvec3& inEye) const;
-    /// Above 0 where the eye is on one side of a triangle in layer space, below 0 on the other; 0: edge-on.
+    /// Above 0 if the eye is on one side of a triangle in layer space, below 0 on the other; 0: edge-on.
     double facing(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
     /// The part of a line in eye space that lies in the picture, or up to `margin` pixels beside it, and is
     /// not too near.
@@ -41,7 +41,7 @@ class LineView {
     /// From a place in eye space to the eye, or to where nothing nearer is seen. `gap`: so much of the way,
     /// layer space, meets nothing.
     MeshRay towardsEye(const glm::dvec3& inEye, double gap) const;
-    /// The same the other way, where that serves many places: from the eye of a perspective camera.
+    /// The same the other way, if that serves many places: from the eye of a perspective camera.
     MeshRay fromEye(const glm::dvec3& inEye, double gap) const;
     /// Through a place of the picture, told by depth from the eye.
     MeshRay through(const glm::dvec2& place) const;

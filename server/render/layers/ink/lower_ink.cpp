@@ -69,8 +69,8 @@ struct Seeing {
     }
 };
 
-/// The 3D stage; its lines only where they are asked for. `plan`: its size and its camera are told, and
-/// whether it is exact. Where `stop` is requested meanwhile something is missing.
+/// The 3D stage; its lines only if they are asked for. `plan`: its size and its camera are told, and
+/// whether it is exact. If `stop` is requested meanwhile something is missing.
 InkScene seenOf(const InkData& data, const glm::dmat4& transform, const InkStyle& style,
                 const FramePlan& plan, bool lines, const std::stop_token& stop) {
     auto scene = std::visit(Seeing{transform, style, plan, lines, stop}, data);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// An ink layer becomes strokes, or fragments where it shows one of the pictures that its drawing is made from
+// An ink layer becomes strokes, or fragments if it shows one of the pictures that its drawing is made from
 // (docs/INK.md).
 #pragma once
 
@@ -19,7 +19,7 @@ struct InkDrawing {
 
 /// `plan`: its size and its camera are told, and whether it is exact. `pixels`: of the plan, a pixel of the
 /// view. `memory`: as drawInk's. Uses all threads of the calling arena; the same strokes on any number of
-/// them. Where `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
+/// them. If `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory = nullptr);
 

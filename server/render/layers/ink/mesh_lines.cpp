@@ -353,7 +353,7 @@ class LineFinder {
             kind = LineKind::border;
             return true;
         }
-        // Where one is seen edge-on it counts with those that are seen.
+        // If one is seen edge-on it counts with those that are seen.
         if ((sides_[one] < 0) != (sides_[other] < 0)) {
             kind = LineKind::silhouette;
             return true;

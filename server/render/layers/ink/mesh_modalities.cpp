@@ -236,7 +236,7 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
                             const FramePlan& plan, const std::stop_token& stop) {
     const float paper = style.inkIsDark ? 1.0F : 0.0F;
     const std::uint32_t width = plan.width, height = plan.height;
-    // One after the other: g++ 12 frees what is in inner braces twice where what follows them throws.
+    // One after the other: g++ 12 frees what is in inner braces twice if what follows them throws.
     MeshModalities made;
     made.modalities.grey = Raster<float>(width, height, paper);
     made.modalities.depth = Raster<float>(width, height, HUGE_VALF);

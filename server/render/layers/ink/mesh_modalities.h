@@ -17,11 +17,11 @@ struct MeshModalities {
     Modalities modalities;
     /// The triangle that is seen in each pixel, or MeshMeeting::none.
     Raster<std::uint32_t> triangle;
-    /// The greatest depth that is seen in each pixel; infinity where nothing is in a part of it.
+    /// The greatest depth that is seen in each pixel; infinity if nothing is in a part of it.
     Raster<float> farthest;
 };
 
-/// In the size of the plan, whose camera is told; one place a pixel where it is not exact, or
+/// In the size of the plan, whose camera is told; one place a pixel if it is not exact, or
 /// the style asks for no tones. Grey is the mean
 /// over a pixel, `paper` where nothing is seen; depth, angle, part and triangle are of its
 /// nearest place.

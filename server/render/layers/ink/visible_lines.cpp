@@ -52,14 +52,14 @@ class LineCrossings {
 };
 
 constexpr double square = 4.0;  // pixels
-// Lines in a square: where there are more, each is shorter than what is told apart, and none is compared.
+// Lines in a square: if there are more, each is shorter than what is told apart, and none is compared.
 constexpr std::uint32_t crowd = 4096;
 
 double area(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// The share of a line at which a nearer one crosses it; below 0 where none does.
+/// The share of a line at which a nearer one crosses it; below 0 if none does.
 double crossing(const ScreenLine& line, const ScreenLine& other) {
     const glm::dvec2 way = line.to - line.from, otherWay = other.to - other.from,
                      off = other.from - line.from;

@@ -15,7 +15,7 @@ namespace mote::render {
 namespace {
 
 constexpr double leastOpacity = 0.02;          // of a ray that sees something
-constexpr double leastAcross = 1e-3;           // of a normal's length, where it has an angle
+constexpr double leastAcross = 1e-3;           // of a normal's length, if it has an angle
 constexpr std::uint64_t mostFine = 1U << 23U;  // pixels of a picture with four rays in some
 constexpr float evenOpacity = 0.1F;            // around a pixel of which one ray tells enough
 constexpr std::uint32_t between = 64;          // pixels between looks for a request to stop

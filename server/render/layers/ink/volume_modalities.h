@@ -22,12 +22,12 @@ struct VolumeModalities {
     /// Rays a side of a pixel, evenly: 1 or 2.
     std::uint32_t side = 1;
     Raster<float> opacity;  ///< of each ray, `side` times as wide and high as the picture
-    Raster<float> depth;    ///< likewise, world units; infinity where the opacity is small
+    Raster<float> depth;    ///< likewise, world units; infinity if the opacity is small
 };
 
-/// In the size of the plan, whose camera is told; one ray a pixel where it is not exact, or very large, or
-/// where four would see the same. Grey is the mean over a pixel, paper through what is left of a ray; depth
-/// is that of its nearest ray, and the angle of the sum of their normals. Nothing is seen where less than 2 %
+/// In the size of the plan, whose camera is told; one ray a pixel if it is not exact, or very large, or
+/// if four would see the same. Grey is the mean over a pixel, paper through what is left of a ray; depth
+/// is that of its nearest ray, and the angle of the sum of their normals. Nothing is seen if less than 2 %
 /// of a ray is absorbed, nor in the rims of surfaces (rimsOf).
 VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
                               const FramePlan& plan, const std::stop_token& stop);

@@ -158,7 +158,7 @@ VolumeRays::Way VolumeRays::wayThrough(double x, double y) const {
              .perStep = 1.0 / stepsADepth,
              .steps = inside * stepsADepth};
     made.length = glm::length(cellsToLayer_ * made.step);
-    // Where a transform has no inverse there is no way.
+    // If a transform has no inverse there is no way.
     return std::isfinite(glm::dot(made.begin + made.step, glm::dvec3(1.0))) ? made : Way{};
 }
 

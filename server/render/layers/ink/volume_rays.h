@@ -44,7 +44,7 @@ class VolumeRays {
 
     /// Whether any value that there is can be seen.
     bool any() const { return blocks_.any(); }
-    /// What lies around all that can be seen, layer space; nothing else where there is any.
+    /// What lies around all that can be seen, layer space; nothing else if there is any.
     Bounds visible() const;
     /// Through (x, y) of the picture, in pixels from its upper left corner. `marks`: scratch.
     VolumeSeenOn look(double x, double y, Marks& marks) const;

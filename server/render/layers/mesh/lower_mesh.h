@@ -49,7 +49,7 @@ class PixelFragments {
 };
 
 /// Uses all threads of the calling arena; the same fragments on any number of them. Throws std::bad_alloc,
-/// also where a surface of many layers would make more fragments than fit.
+/// also if a surface of many layers would make more fragments than fit.
 void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& surface, Lowering& out);
 
 }  // namespace mote::render

@@ -2,7 +2,7 @@
 //
 // MeshRays: what rays meet of a triangle mesh. Embree finds the triangles that may be met; whether one is,
 // and where, is decided here in double precision by single steps of arithmetic: at any magnification, and
-// with the same result on every processor. Where triangles share an edge, a ray through it meets one of them.
+// with the same result on every processor. If triangles share an edge, a ray through it meets one of them.
 // Made once for a dataset, immutable, refers to the mesh; any number of threads may ask.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace mote::render {
 
-/// A ray in layer space: origin + at * direction, from `enter` to `leave`, both finite; none where it ends
+/// A ray in layer space: origin + at * direction, from `enter` to `leave`, both finite; none if it ends
 /// before it begins.
 struct MeshRay {
     glm::dvec3 origin{0.0};
@@ -50,7 +50,7 @@ class MeshRays {
   public:
     static constexpr std::size_t packet = 16;
 
-    /// `bounds`: of the mesh's vertices. Throws std::bad_alloc where memory runs out.
+    /// `bounds`: of the mesh's vertices. Throws std::bad_alloc if memory runs out.
     MeshRays(const storage::SurfaceMesh& mesh, const Bounds& bounds);
     ~MeshRays();
     MeshRays(const MeshRays&) = delete;

@@ -84,7 +84,7 @@ std::optional<MeshHit> MeshSight::hit(const SightRay& ray, const MeshMeeting& me
 }
 
 /// Within half a line of an edge of the triangle. The line through two corners on the screen is where the
-/// plane through them and the eye meets the window, also where they lie behind the eye.
+/// plane through them and the eye meets the window, also if they lie behind the eye.
 bool MeshSight::onWire(const glm::dvec2& window, const Corners& corners) const {
     const auto inWindow = [&](const glm::dvec3& inLayer) {
         const glm::dvec3 eye(toEye_ * glm::dvec4(inLayer, 1.0));

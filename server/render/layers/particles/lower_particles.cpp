@@ -37,7 +37,7 @@ double toTarget(const Camera& camera) {
     return 1.0 / (away * away);
 }
 
-/// Where the opacity is the plot's, the light of a point is that of a particle in the world. `height`: of the
+/// If the opacity is the plot's, the light of a point is that of a particle in the world. `height`: of the
 /// picture, pixels.
 void lightUp(const Layer& layer, const ParticlesStyle& style, const Camera& camera, double height,
              PointLook& look) {
@@ -118,7 +118,7 @@ bool ready(const storage::ParticleStep& step, const storage::StepNeed& need) {
            });
 }
 
-/// Takes the points from the preview. False where it does not reach so far.
+/// Takes the points from the preview. False if it does not reach so far.
 bool takePreview(PointsPlan& points, double share) {
     const auto preview = selectPreview(*points.step, points.fraction, share);
     if (!preview) return false;
@@ -170,7 +170,7 @@ void select(PointsPlan& points, const Frustum& frustum, bool alike, const Loweri
     points.pointsDrawn = pointsInView(points);
 }
 
-/// What of a layer of particles a scene has, where it has any.
+/// What of a layer of particles a scene has, if it has any.
 template <class T>
 std::shared_ptr<const T> partOf(const std::vector<std::shared_ptr<const T>>& all, std::size_t index) {
     return index < all.size() ? all[index] : nullptr;
@@ -227,7 +227,7 @@ std::shared_ptr<const PointValues> meansOf(const std::shared_ptr<const storage::
     return out.selections.leafMeans(step, colors->values);
 }
 
-/// Of the field that a layer's volume is; `map`: of the values that colour it, where any do.
+/// Of the field that a layer's volume is; `map`: of the values that colour it, if any do.
 TransferFunction transferOf(const ParticlesStyle& style, const ColorMap* map) {
     auto transfer = style.transfer();
     if (map == nullptr) return transfer;

@@ -33,7 +33,7 @@ void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointC
 void lowerHighlight(const Layer& layer, const Highlight& highlight, const ParticlesStyle& style,
                     const storage::ParticleStep& points, const Bounds& inEye, Lowering& out);
 
-/// `index`: of the layer in the scene's view. Throws storage::StorageError where the octree's bytes are
+/// `index`: of the layer in the scene's view. Throws storage::StorageError if the octree's bytes are
 /// damaged.
 void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle& style, Lowering& out);
 

@@ -28,7 +28,7 @@ struct LessDrawn {
 
 /// `rest`: in the exact picture, all in its pixels; `toTau`: times its light, the optical depth of a point
 /// where the camera looks. Of points of which a share is left out at random, one that hid the part a of a
-/// pixel must hide a / share, whatever their number: then what all leave is the same on average. Where that
+/// pixel must hide a / share, whatever their number: then what all leave is the same on average. If that
 /// is more than a point may (hidden_area.h; of points whose opacity is said 0.95), they are larger besides;
 /// if they do not grow, light is lost.
 PointLook movingLook(const PointLook& rest, double toTau, const LessDrawn& less);

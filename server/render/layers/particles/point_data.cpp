@@ -39,7 +39,7 @@ Result<QuantityReader> readerOf(const storage::StepNumbers& step, const std::str
     return Error{error.code, "column", "\"" + error.where + "\" " + error.message};
 }
 
-/// Calls take(block's first point, values) for all points of the step, on all threads; false where it was
+/// Calls take(block's first point, values) for all points of the step, on all threads; false if it was
 /// told to stop.
 template <class Take>
 bool forValues(const storage::StepNumbers& step, const QuantityReader& reader, const Cancelled& cancelled,

@@ -2,7 +2,7 @@
 //
 // What layers of particles are drawn with besides the points of a step: values by which points are coloured,
 // the ways of particles. Computed from the columns beside the points, on threads
-// that load: pure functions that use all threads of the calling arena, stop with a `cancelled` error where
+// that load: pure functions that use all threads of the calling arena, stop with a `cancelled` error if
 // they are told to, and throw storage::StorageError.
 #pragma once
 

@@ -30,7 +30,7 @@ class StepSpeeds {
     StepSpeeds(const proto::ParticlesManifest& plot, double seconds);
 
     bool any() const;
-    /// By point: how far it would go meanwhile, in parts of the box; 0 along other axes. Nothing where it was
+    /// By point: how far it would go meanwhile, in parts of the box; 0 along other axes. Nothing if it was
     /// told to stop.
     std::optional<std::vector<glm::vec3>> of(const storage::StepNumbers& step,
                                              const Cancelled& cancelled) const;
@@ -143,7 +143,7 @@ class LoneIds {
     std::uint32_t point_ = 0, following_ = 0;
 };
 
-/// By point; nothing where it was told to stop.
+/// By point; nothing if it was told to stop.
 std::optional<std::vector<std::uint64_t>> idsOf(const storage::ParticleColumns& columns,
                                                 const Cancelled& cancelled) {
     std::vector<std::uint64_t> ids(columns.pointCount());
@@ -217,7 +217,7 @@ class WayMaker {
         out_->moving = moving;
     }
 
-    /// Null where it was told to stop.
+    /// Null if it was told to stop.
     std::shared_ptr<const StepWays> make(double seconds) {
         if (!findEnds()) return nullptr;
         leaveJumps();
@@ -323,7 +323,7 @@ class WayMaker {
         back[axis + 3] = static_cast<std::int16_t>(-first);
     }
 
-    /// Where momenta do not tell the way: of so many particles that their means tell how all of them go.
+    /// If momenta do not tell the way: of so many particles that their means tell how all of them go.
     void swing() {
         constexpr std::uint64_t few = 1000;
         constexpr double farthest = -0.5;  // correlation: 120 degrees

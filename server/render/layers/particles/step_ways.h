@@ -16,7 +16,7 @@ namespace mote::render {
 
 struct StepWays {
     PointWays there, back;     ///< of the points of the first step, and of those of the second
-    std::uint64_t moving = 0;  ///< that both have; 0 also where
+    std::uint64_t moving = 0;  ///< that both have; 0 also if
     bool swung = false;        ///< they swing so far that nobody knows how they went
 
     std::uint64_t bytes() const;

@@ -15,12 +15,12 @@ namespace mote::render {
 
 struct DotCell {
     double mass = 0.0;         ///< wanted dots in the cell: 1 where the tone is right
-    glm::dvec2 centroid{0.0};  ///< pixels; the dot's own place where nothing is wanted
+    glm::dvec2 centroid{0.0};  ///< pixels; the dot's own place if nothing is wanted
     /// Second moments about the centroid over the mass: along x, mixed, along y, square pixels.
     double xx = 0.0, xy = 0.0, yy = 0.0;
 };
 
-/// `dots` in pixels; those outside the picture have cells too, where they reach into it. What is wanted
+/// `dots` in pixels; those outside the picture have cells too, if they reach into it. What is wanted
 /// further than 1024 pixels from any dot is nobody's.
 std::vector<DotCell> dotCells(const PixelMap& wanted, std::span<const glm::vec2> dots);
 

@@ -55,7 +55,7 @@ class PackedMoves {
     float unitAt(std::uint32_t removal) const;
 
     std::uint32_t points_ = 0;
-    int dimensions_ = 3;            ///< 2 where all z are 0
+    int dimensions_ = 3;            ///< 2 if all z are 0
     std::array<float, 33> unit_{};  ///< by the bits of how many points are left; world units
     std::vector<std::uint8_t> bytes_;
     std::vector<std::uint64_t> block_;  ///< where the moves of every 4096th point begin

@@ -5,10 +5,14 @@
 // any number of them.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "protocol/scene/stipple_style.h"
 #include "server/render/layers/stipple/pixel_map.h"
 #include "server/render/layers/stipple/plane_tiles.h"
+#include "server/render/plan/dot.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::render {
 
@@ -30,5 +34,13 @@ inline constexpr PhotographEffort finePhotograph{true, 4};
 /// The dots of the picture, those within it only.
 std::vector<TileDot> stipplePhotograph(const PlaneTiles& tiles, const PixelMap& wanted,
                                        const TileFrame& frame, const PhotographEffort& effort);
+
+/// The dots of a stipple layer on the plane, a picture's tones as a view shows them: those in a picture of
+/// width x height pixels, behind all that has a depth. The photograph is as large as fits, in the middle.
+Dots photographDots(const PlaneTiles& tiles, const PixelMap& luminance, std::uint32_t width,
+                    std::uint32_t height, const StippleStyle& style, const PhotographEffort& effort);
+
+/// The linear luminance (ITU-R BT.709) of an srgb8 picture.
+PixelMap luminanceOf(const Picture& picture);
 
 }  // namespace mote::render

@@ -70,7 +70,7 @@ class PlaneTiles {
     TileSelection select(const PixelMap& wanted, const TileFrame& frame) const;
     /// Puts each dot where its undrawn neighbours let it go.
     void place(TileSelection& selection) const;
-    /// The undrawn point whose first position is nearest to a place, among those around it; where there is
+    /// The undrawn point whose first position is nearest to a place, among those around it; if there is
     /// one, it is drawn from now on and returned, not yet among the dots.
     std::optional<TileDot> wake(TileSelection& selection, const glm::dvec2& place) const;
     void letSleep(TileSelection& selection, const TileDot& dot) const {

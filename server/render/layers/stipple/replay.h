@@ -59,7 +59,7 @@ class StippleReplay {
 
   private:
     std::vector<glm::vec3> positions_;
-    std::vector<glm::vec3> normals_;      ///< one where all are alike
+    std::vector<glm::vec3> normals_;      ///< one if all are alike
     std::vector<std::uint32_t> removal_;  ///< by point
     std::vector<std::uint32_t> pointOfRemoval_;
     PackedMoves moves_;

@@ -20,7 +20,7 @@ namespace mote::render {
 /// number of threads may ask.
 class SurfaceRays {
   public:
-    /// Copies the mesh. Throws std::bad_alloc where memory runs out.
+    /// Copies the mesh. Throws std::bad_alloc if memory runs out.
     SurfaceRays(std::span<const glm::vec3> positions,
                 std::span<const std::array<std::uint32_t, 3>> triangles);
     ~SurfaceRays();
@@ -47,7 +47,7 @@ class StippleSurface {
     const SurfaceRays& rays() const { return rays_; }
     /// The mesh's bounds, layer space.
     const Bounds& bounds() const { return bounds_; }
-    /// Points an area where all are drawn.
+    /// Points an area if all are drawn.
     double density() const { return density_; }
     /// Rays start this far off the surface, a twentieth of the mean distance of points: what lies closer
     /// together hides nothing.
@@ -55,7 +55,7 @@ class StippleSurface {
     /// That it takes in memory.
     std::uint64_t bytes() const { return replay_.bytes() + rays_.bytes(); }
 
-    /// Whether the surface hides a place on it from a direction or, where it is `reach` away, a place in that
+    /// Whether the surface hides a place on it from a direction or, if it is `reach` away, a place in that
     /// direction. `normal`: there, unit, on either side.
     bool hides(const glm::vec3& place, const glm::vec3& normal, const glm::vec3& direction,
                float reach) const;

@@ -5,7 +5,34 @@
 // to, they cover less. Pure functions.
 #pragma once
 
+#include <cstdint>
+
+#include "server/render/layers/stipple/pixel_map.h"
+
 namespace mote::render {
+
+/// How a photograph's luminance becomes a density of dots.
+struct PhotographTone {
+    double spacing = 5.0;   ///< between dots where the tone is full, pixels
+    double dot = 2.0;       ///< diameter of a dot, pixels
+    double gamma = 1.0;     ///< luminance ^ gamma is the brightness
+    bool denseDark = true;  ///< the tone is 1 - brightness; else brightness
+
+    /// Dots a square pixel where the tone is full.
+    double fullDensity() const;
+};
+
+/// Where a picture of an aspect lies in another: as large as fits, in the middle.
+struct PictureFit {
+    double left = 0.0, top = 0.0;  ///< pixels of the larger one
+    double scale = 1.0;            ///< its pixels a pixel of the picture
+
+    static PictureFit within(std::uint32_t width, std::uint32_t height, const PixelMap& picture);
+};
+
+/// The wanted dots a square pixel of a picture of width x height, none if `luminance` is not.
+PixelMap wantedDensity(const PixelMap& luminance, std::uint32_t width, std::uint32_t height,
+                       const PhotographTone& tone);
 
 /// phi at which an even distribution covers everything: its largest cells fit into a dot.
 inline constexpr double solidCover = 1.8;

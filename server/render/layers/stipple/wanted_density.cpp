@@ -104,7 +104,7 @@ WantedDensity::Wanted WantedDensity::at(std::size_t point) const {
     const Wanted lit = asked(true);
     if (!parts_.shadow || glm::dot(normal, light_) <= 0.0) return lit;
     const Wanted dark = asked(false);
-    // A ray only where it decides.
+    // A ray only if it decides.
     const bool decides = byTone_ || replay.selects(point, lit.share) != replay.selects(point, dark.share);
     if (!decides) return lit;
     const bool shaded = surface_.hides(replay.position(point), replay.normal(point), lightInLayer_, INFINITY);

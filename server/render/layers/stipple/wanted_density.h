@@ -40,7 +40,7 @@ struct SurfaceView {
     /// Pixels from the upper left corner; the place must have a depth that is seen.
     glm::dvec2 onScreen(const glm::dvec3& inEye) const;
     bool inFront(const glm::dvec3& inEye) const { return -inEye.z > nearest; }
-    /// Square pixels that a small area shows at a place, both in eye space; 0 where it is seen edge-on.
+    /// Square pixels that a small area shows at a place, both in eye space; 0 if it is seen edge-on.
     double pixelArea(const glm::dvec3& inEye, const glm::dvec3& area) const;
 };
 
@@ -50,9 +50,8 @@ class WantedDensity {
     WantedDensity(const StippleSurface& surface, const StippleStyle& style, const SurfaceView& view);
 
     struct Wanted {
-        float tone = 0.0F;  ///< share of the full density on the screen, 0 to 1
-        float share =
-            0.0F;  ///< of the hierarchy's density; above 1 where it has too few points; 0 out of view
+        float tone = 0.0F;   ///< share of the full density on the screen, 0 to 1
+        float share = 0.0F;  ///< of the hierarchy's density; above 1 if it has too few points; 0 out of view
     };
     /// What is wanted around a point's first position.
     Wanted at(std::size_t point) const;

@@ -1,20 +1,101 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/encode/vector/cut_strokes.h"
+#include "server/encode/vector/cut_shapes.h"
+
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/common.hpp>
 #include <map>
 #include <numbers>
 #include <optional>
 
 #include "protocol/scene/srgb.h"
-#include "server/encode/vector/clip_path.h"
-#include "server/encode/vector/paint.h"
 
 namespace mote::server {
 namespace {
+
+constexpr float alikeWithin = 0.06F;  // of encoded colours: 15 of 255
+constexpr float littleInk = 0.05F;    // of a pixel: its colour is not looked at
+constexpr float halfThrough = 0.5F;
+
+struct CoveredPixel {
+    std::uint32_t column, row;
+    float covers;
+    InFront inFront;
+    glm::vec3 seen;  // linear RGB
+};
+
+float difference(const glm::vec3& a, const glm::vec3& b) {
+    const auto apart = glm::abs(encoded(a) - encoded(b));
+    return std::max({apart.x, apart.y, apart.z});
+}
+
+/// What is seen of it, all in all.
+struct Mean {
+    InFront inFront{glm::vec3(0.0F), 0.0F};
+    glm::vec3 seen{0.0F};
+};
+
+Mean meanOf(const std::vector<CoveredPixel>& pixels) {
+    Mean mean;
+    float sum = 0.0F;
+    for (const auto& pixel : pixels) {
+        mean.inFront.light += pixel.covers * pixel.inFront.light;
+        mean.inFront.through += pixel.covers * pixel.inFront.through;
+        mean.seen += pixel.covers * pixel.seen;
+        sum += pixel.covers;
+    }
+    mean.inFront.light /= sum;
+    mean.inFront.through /= sum;
+    mean.seen /= sum;
+    return mean;
+}
+
+/// Runs of pixels of a row that are alike, but for those in which it is hidden.
+std::vector<SeenDot> piecesOf(const render::Dot& dot, const std::vector<CoveredPixel>& pixels) {
+    std::vector<SeenDot> pieces;
+    const auto disc = discPath(dot.radius);
+    const glm::dvec2 centre(dot.x, dot.y);
+    for (std::size_t begin = 0; begin < pixels.size();) {
+        const auto& first = pixels[begin];
+        std::size_t end = begin + 1;
+        const auto goesOn = [&](const CoveredPixel& next) {
+            return next.row == first.row && next.column == first.column + (end - begin) &&
+                   next.inFront.hidden() == first.inFront.hidden() &&
+                   difference(next.seen, first.seen) <= alikeWithin;
+        };
+        while (end < pixels.size() && goesOn(pixels[end])) ++end;
+        const glm::dvec2 low(first.column, first.row);
+        const ClipBox box{low - centre, low + glm::dvec2(end - begin, 1.0) - centre};
+        if (!first.inFront.hidden()) {
+            const auto mean = meanOf({pixels.begin() + static_cast<std::ptrdiff_t>(begin),
+                                      pixels.begin() + static_cast<std::ptrdiff_t>(end)});
+            if (auto outline = clipped(disc, box); !outline.empty())
+                pieces.push_back({mean.seen, std::move(outline)});
+        }
+        begin = end;
+    }
+    return pieces;
+}
+
+constexpr int discCorners = 32;
+
+/// What lies where sign * (place[axis] - at) >= 0.
+std::vector<glm::dvec2> cutAt(std::span<const glm::dvec2> path, int axis, double at, double sign) {
+    std::vector<glm::dvec2> kept;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const auto &from = path[i == 0 ? path.size() - 1 : i - 1], &to = path[i];
+        const double before = sign * (from[axis] - at), here = sign * (to[axis] - at);
+        if ((before >= 0.0) != (here >= 0.0)) {
+            glm::dvec2 crossing = from + before / (before - here) * (to - from);
+            crossing[axis] = at;
+            kept.push_back(crossing);
+        }
+        if (here >= 0.0) kept.push_back(to);
+    }
+    return kept;
+}
 
 using render::Strokes, render::StrokePoint;
 
@@ -23,7 +104,7 @@ constexpr int alikeSteps = 2;                         // colours of one piece di
 constexpr int largeStep = 6;                          // at which a line ends as at something that hides it
 constexpr double endShare = 0.25 * std::numbers::pi;  // of half a width: a round end that covers as much
 
-/// Encoded, in steps; none where nothing is seen.
+/// Encoded, in steps; none if nothing is seen.
 using ColorKey = std::optional<std::array<int, 3>>;
 
 bool within(const ColorKey& a, const ColorKey& b, int steps) {
@@ -61,7 +142,7 @@ void shortenEnd(std::vector<StrokePoint>& points, double amount) {
     }
 }
 
-/// Round ends go beyond the points that they end at: where something hides the line from there on, it ends
+/// Round ends go beyond the points that they end at: if something hides the line from there on, it ends
 /// earlier by as much as makes the end cover what a straight one would.
 void shorten(std::vector<StrokePoint>& points, bool front, bool back) {
     const double most = 0.45 * lengthOf(points);
@@ -148,7 +229,7 @@ class StrokeCutter {
         (to.*list).push_back({begin, static_cast<std::uint32_t>(to.points.size())});
     }
 
-    /// Whole where all of it is seen alike, else row by row in runs of pixels that are.
+    /// Whole if all of it is seen alike, else row by row in runs of pixels that are.
     void cutArea(const render::InkArea& area) {
         const auto box = boxOf(strokes_, area, size_);
         bool anySeen = false, allOwn = true;
@@ -209,6 +290,69 @@ class StrokeCutter {
 };
 
 }  // namespace
+
+std::vector<SeenDot> seenOf(const render::Dot& dot, const Sight& sight, const PictureSize& size,
+                            bool plotter) {
+    std::vector<CoveredPixel> pixels;
+    bool allClear = true, allHidden = true;
+    forCovered(dot, size, [&](std::uint32_t column, std::uint32_t row, float covers) {
+        const auto inFront = sight.at(column, row, dot.depth);
+        allClear = allClear && inFront.clear();
+        allHidden = allHidden && inFront.hidden();
+        pixels.push_back({column, row, covers, inFront, inFront.seen(dot.color)});
+    });
+    if (allClear) return {{dot.color, {}}};  // also out of the picture
+    if (allHidden) return {};
+    const Mean mean = meanOf(pixels);
+    if (plotter) {
+        if (mean.inFront.through < halfThrough) return {};
+        return {{dot.color, {}}};
+    }
+    const bool even = std::all_of(pixels.begin(), pixels.end(), [&](const CoveredPixel& pixel) {
+        return pixel.covers < littleInk || difference(pixel.seen, mean.seen) <= alikeWithin;
+    });
+    if (even) return {{mean.seen, {}}};
+    return piecesOf(dot, pixels);
+}
+
+std::vector<glm::dvec2> clipped(std::span<const glm::dvec2> path, const ClipBox& box) {
+    std::vector<glm::dvec2> kept(path.begin(), path.end());
+    for (int axis = 0; axis < 2; ++axis) {
+        kept = cutAt(kept, axis, box.low[axis], 1.0);
+        kept = cutAt(kept, axis, box.high[axis], -1.0);
+    }
+    if (kept.size() < 3) kept.clear();
+    return kept;
+}
+
+std::vector<glm::dvec2> discPath(double radius) {
+    constexpr double turn = 2.0 * std::numbers::pi / discCorners;
+    const double corner = radius * std::sqrt(turn / std::sin(turn));
+    std::vector<glm::dvec2> path;
+    for (int i = 0; i < discCorners; ++i)
+        path.emplace_back(corner * std::cos(i * turn), corner * std::sin(i * turn));
+    return path;
+}
+
+glm::vec3 encoded(const glm::vec3& linear) {
+    return glm::vec3(linearToSrgb(glm::clamp(glm::dvec3(linear), 0.0, 1.0)));
+}
+
+Paint paintOver(const glm::vec3& color, double opacity, const glm::vec3& beneath, double least) {
+    if (opacity >= 1.0 || !(opacity > 0.0)) return {encoded(color), std::clamp(opacity, 0.0, 1.0)};
+    const auto share = static_cast<float>(opacity);
+    const glm::vec3 under = encoded(beneath);
+    const glm::vec3 wanted = encoded(share * color + (1.0F - share) * beneath);
+    double needed = std::max(opacity, least);
+    for (int i = 0; i < 3; ++i) {
+        const double step = wanted[i] - under[i];
+        const double most = step > 0.0 ? 1.0 - under[i] : under[i];
+        if (most > 0.0) needed = std::max(needed, std::abs(step) / most);
+    }
+    needed = std::min(needed, 1.0);
+    const auto part = static_cast<float>(needed);
+    return {glm::clamp((wanted - (1.0F - part) * under) / part, glm::vec3(0.0F), glm::vec3(1.0F)), needed};
+}
 
 std::vector<Strokes> seenOf(const Strokes& strokes, const Sight& sight, const PictureSize& size,
                             bool plotter) {
