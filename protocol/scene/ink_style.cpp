@@ -8,6 +8,7 @@
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/view.h"
 #include "protocol/scene/field_visitor.h"
 #include "protocol/scene/write_fields.h"
 
