@@ -9,9 +9,9 @@
 #include <string_view>
 #include <utility>
 
+#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/mix.h"
-#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {

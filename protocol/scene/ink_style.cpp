@@ -5,11 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
-#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
@@ -31,7 +31,8 @@ proto::InkStyle::Solid noBrush() {
 
 /// One that inks nothing, and by default nowhere, is as good as none.
 void dropNoBrush(proto::InkStyle& style) {
-    if (style.has_ink() && style.ink().SerializeAsString() == noBrush().SerializeAsString()) style.clear_ink();
+    if (style.has_ink() && style.ink().SerializeAsString() == noBrush().SerializeAsString())
+        style.clear_ink();
 }
 
 std::optional<Curve> inkCurveOf(const proto::InkStyle& message) {

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/log_density.h"
 #include "protocol/scene/mix.h"
 #include "protocol/scene/srgb.h"
-#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
