@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <iterator>
 #include <map>
+#include <set>
 
 namespace mote::reference {
 namespace {
@@ -35,6 +36,16 @@ double meanValue(const render::PointValues& values, std::uint64_t first, std::ui
         having += 1.0;
     }
     return sum / having;
+}
+
+/// docs/PICTURE.md, "Share": how evenly the first points of a leaf lie in its cell.
+double evennessOf(const storage::ParticleStep& step, std::uint64_t first, std::uint64_t count) {
+    const auto n = std::min<std::uint64_t>(count, 64);
+    if (n < 4) return 1.0;
+    std::set<std::array<int, 3>> parts;
+    for (const auto& p : step.positions(first, n)) parts.insert({p.x / 16384, p.y / 16384, p.z / 16384});
+    const double expected = 64.0 * (1.0 - std::pow(63.0 / 64.0, static_cast<double>(n)));
+    return std::clamp((static_cast<double>(parts.size()) / expected - 0.5) / 0.25, 0.0, 1.0);
 }
 
 }  // namespace
@@ -77,7 +88,8 @@ std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep
              {placeAlong(morton, 0), placeAlong(morton, 1), placeAlong(morton, 2)},
              density,
              values == nullptr ? t : meanValue(*values, leaves.pointBegin[i], leaves.pointCount[i]),
-             extinction});
+             extinction,
+             evennessOf(step, leaves.pointBegin[i], leaves.pointCount[i])});
     }
     return found;
 }
@@ -201,7 +213,7 @@ class VolumeField::ThickCells {
         if (!(glm::determinant(spread) > 0.0)) return 0.0;
         const glm::dmat3 inverse = glm::inverse(spread);
         const double harmonic = 1.0 / (inverse[0][0] + inverse[1][1] + inverse[2][2]);
-        return std::clamp((harmonic - 0.10) / 0.06, 0.0, 1.0);
+        return std::clamp((harmonic - 0.15) / 0.03, 0.0, 1.0);
     }
 
     int level_;
@@ -311,7 +323,8 @@ void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<
         auto found = levels.find(level);
         if (found == levels.end()) found = levels.emplace(level, ThickCells(leaves, all, level)).first;
         const double most = found->second.most(cellOf(leaf, level));
-        shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(255.0 * most) / 255.0;
+        const double thick = std::round(255.0 * most);
+        shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(thick * leaf.evenness) / 255.0;
     }
 }
 

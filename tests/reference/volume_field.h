@@ -42,6 +42,7 @@ class VolumeField final : public Volume {
         int level;
         std::array<std::int64_t, 3> place;  ///< among the cells of its level
         double density, t, extinction;      ///< t: its place in the colour map; NaN: it has none
+        double evenness;                    ///< of its points in its cell, 0 to 1
     };
 
     class ThickCells;

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/thick_matter.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <span>
 
 namespace mote::render {
 namespace {
 
 // How far the matter in and around a cell spreads along all three axes (Spread): below the one it is too thin
 // to be a volume, above the other it is one. Matter that is even everywhere has 2/9, a sheet close to 0.
-constexpr double thinnest = 0.10, thickest = 0.16;
+constexpr double thinnest = 0.15, thickest = 0.18;
 
 /// How the weights of 3 x 3 x 3 cells, each at its middle, are spread, in cells.
 class Spread {
@@ -119,6 +123,38 @@ class Matter {
     std::vector<std::uint8_t> shown_;
 };
 
+// How many of a leaf's points are looked at, and of how few nothing can be told.
+constexpr std::uint32_t mostPoints = 64, fewPoints = 4;
+// Below the one share of the parts that even points would lie in, a leaf is lumps; above the other it is
+// even.
+constexpr double lumpiest = 0.5, evenest = 0.75;
+
+/// How evenly points lie in the cell of their leaf, 0 to 1: how many of its 4 x 4 x 4 parts hold any, of as
+/// many as are expected to if they lie anywhere.
+double evenness(std::span<const storage::PackedPosition> points) {
+    if (points.size() < fewPoints) return 1.0;
+    constexpr double parts = 64.0;
+    std::uint64_t held = 0;
+    for (const auto& p : points)
+        held |= std::uint64_t{1} << (unsigned{p.x} >> 14U | unsigned{p.y} >> 14U << 2U |
+                                     unsigned{p.z} >> 14U << 4U);
+    const double expected =
+        parts * (1.0 - std::pow((parts - 1.0) / parts, static_cast<double>(points.size())));
+    return std::clamp((std::popcount(held) / expected - lumpiest) / (evenest - lumpiest), 0.0, 1.0);
+}
+
+/// Lumps are no volume, wherever they lie.
+void keepLumps(const storage::ParticleStep& step, const std::vector<std::uint8_t>& seen,
+               std::vector<std::uint8_t>& shares) {
+    const auto leaves = step.leaves();
+    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t leaf) {
+        if (seen[leaf] == 0 || shares[leaf] == 0) return;
+        const auto points =
+            step.positions(leaves.pointBegin[leaf], std::min(leaves.pointCount[leaf], mostPoints));
+        shares[leaf] = static_cast<std::uint8_t>(std::lround(shares[leaf] * evenness(points)));
+    });
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step,
@@ -136,6 +172,7 @@ std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step,
     for (unsigned level = coarsest; level <= grid.level; ++level)
         Matter(step, seen, CellGrid::around(low, high, level - std::min(level, 1U)))
             .shareOut(level, level, shares);
+    keepLumps(step, seen, shares);
     return shares;
 }
 
