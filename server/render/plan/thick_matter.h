@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // thickMatter: how much of each leaf of a step is thick enough to be shown as a volume (docs/PICTURE.md,
-// "Volume", "Share"): sheets, threads, screens and lumps are not. Pure; uses all threads of the calling arena.
+// "Volume", "Share"): sheets, threads, screens and lumps are not. Pure; uses all threads of the calling
+// arena.
 #pragma once
 
 #include <cstdint>
