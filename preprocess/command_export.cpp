@@ -22,19 +22,17 @@ constexpr const char* exportExamples = R"(Examples:
 --openpmd: the particles, in m, eV/c and s, as openPMD-beamphysics HDF5 with ids and weights. A selection is JSON:
 docs/SELECTIONS.md.)";
 
-struct ExportArguments {
-    std::string dataset;
-    std::string vdb, openpmd;
+/// The job, and the rest of what is asked for.
+struct ExportArguments : AskedJob {
+    std::string vdb, select;
     std::uint32_t step = 0;
-    std::string steps, select;
-    std::vector<std::string> columns;
-    JobResources resources;
 };
 
 int exportVolume(const CommandLine& line, const ExportArguments& options) {
-    const auto manifest = storage::readManifest(options.dataset);
+    const auto& dataset = options.request.export_().dataset();
+    const auto manifest = storage::readManifest(dataset);
     if (!manifest.ok()) return fail(line, manifest.error());
-    const auto made = exportVdb(options.dataset, *manifest, options.step, options.vdb);
+    const auto made = exportVdb(dataset, *manifest, options.step, options.vdb);
     if (!made.ok()) return fail(line, made.error());
     if (line.json) {
         JsonObject object;
@@ -45,40 +43,32 @@ int exportVolume(const CommandLine& line, const ExportArguments& options) {
     return 0;
 }
 
-int exportRun(const CommandLine& line, const ExportArguments& options) {
-    proto::JobRequest request;
-    request.set_output(options.openpmd);
-    auto& job = *request.mutable_export_();
-    job.set_dataset(options.dataset);
-    job.set_steps(options.steps);
-    job.mutable_columns()->Assign(options.columns.begin(), options.columns.end());
+int runCommand(const CommandLine& line, ExportArguments& options) {
+    if (options.vdb.empty() == options.request.output().empty())
+        return fail(line, invalid("--vdb", "give either --vdb FILE or --openpmd FILE"));
+    if (!options.vdb.empty()) return exportVolume(line, options);
     if (!options.select.empty()) {
-        const auto read = readJsonFile(options.select, *job.mutable_select());
+        const auto read = readJsonFile(options.select, *options.request.mutable_export_()->mutable_select());
         if (!read.ok()) return fail(line, read.error());
     }
-    return runAndPrint(line, request, {}, options.resources);
-}
-
-int runCommand(const CommandLine& line, const ExportArguments& options) {
-    if (options.vdb.empty() == options.openpmd.empty())
-        return fail(line, {ErrorCode::invalidArgument, "--vdb", "give either --vdb FILE or --openpmd FILE"});
-    return options.vdb.empty() ? exportRun(line, options) : exportVolume(line, options);
+    return runAndPrint(line, options.request, {}, options.resources);
 }
 
 void addExport(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("export", "Write a step's volume, or particles, for other tools");
     const auto options = std::make_shared<ExportArguments>();
-    command.option("DATASET", options->dataset, "NAME.mote").required();
+    auto& job = *options->request.mutable_export_();
+    fieldOption(command, job, "dataset", "NAME.mote", "DATASET").required();
     command.option("--vdb", options->vdb, "The OpenVDB file to make, which must not exist").valueName("FILE");
     command.option("--step", options->step, "--vdb: index of the step").showDefault().valueName("N");
-    command.option("--openpmd", options->openpmd, "The openPMD file to make, which must not exist")
+    fieldOption(command, options->request, "output", "The openPMD file to make, which must not exist",
+                "--openpmd")
         .valueName("FILE.h5");
-    command.option("--steps", options->steps, "--openpmd: these steps; all unless given")
+    fieldOption(command, job, "steps", "--openpmd: these steps; all unless given")
         .valueName("FIRST:LAST:STRIDE");
     command.option("--select", options->select, "--openpmd: these particles; all unless given")
         .valueName("SELECTION.json");
-    command
-        .option("--columns", options->columns, "--openpmd: besides coordinates and weights; all unless given")
+    fieldOption(command, job, "columns", "--openpmd: besides coordinates and weights; all unless given")
         .valueName("NAME ...");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);

@@ -16,10 +16,9 @@ linear, unless the file says something else.)";
 
 void addImage(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("image", "Make an image dataset, for stippled photographs");
-    const auto options = std::make_shared<DatasetOptions>();
-    command.option("FILE", options->input, "The picture").required();
-    addDatasetOptions(command, line, options,
-                      [options](auto& request) { request.mutable_image()->set_input(options->input); });
+    const auto job = std::make_shared<AskedJob>();
+    fieldOption(command, job->request, "image.input", "The picture", "FILE").required();
+    addDatasetOptions(command, line, job);
     command.footer(imageExamples);
 }
 

@@ -7,17 +7,15 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <span>
+#include <type_traits>
 
-#include "preprocess/console.h"
-#include "preprocess/job.h"
 #include "preprocess/job_kinds.h"
 #include "preprocess/parallel/communicator.h"
-#include "protocol/mote.pb.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
-#include "storage/roots.h"
 
 namespace mote::prep {
 namespace {
@@ -43,7 +41,7 @@ Error inField(const Error& error, std::string_view field) {
 Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roots& roots,
                             const ServedJob& served) {
     if (request.output().empty() && !served.output.empty()) return served.output;
-    if (request.output().empty()) return Error{ErrorCode::invalidArgument, "output", "is missing"};
+    if (request.output().empty()) return invalid("output", "is missing");
     auto path = roots.empty() ? Result<fs::path>(request.output()) : roots.resolveNew(request.output());
     if (!path.ok()) return inField(path.error(), "output");
     if (served.draft.empty()) return path;
@@ -53,7 +51,7 @@ Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roo
 }
 
 Result<fs::path> inputPath(const JobInput& input, const storage::Roots& roots) {
-    if (input.name.empty()) return Error{ErrorCode::invalidArgument, input.field, "is missing"};
+    if (input.name.empty()) return invalid(input.field, "is missing");
     if (roots.empty()) return fs::path(input.name);
     auto path = roots.resolveExisting(input.name);
     return path.ok() ? path : inField(path.error(), input.field);
@@ -76,11 +74,11 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
     const auto found =
         std::ranges::find(jobKinds, request.kind_case(), [](const auto* kind) { return kind->kind; });
     if (found == jobKinds.end()) {
-        return Error{ErrorCode::invalidArgument, "", "the request holds no job that this program knows"};
+        return invalid("", "the request holds no job that this program knows");
     }
     const auto& kind = **found;
     if (!kind.together && resources.ranks && resources.ranks->size() > 1) {
-        return Error{ErrorCode::unsupported, "", "this kind of job runs in one process, not under MPI"};
+        return unsupported("", "this kind of job runs in one process, not under MPI");
     }
     MOTE_ASSIGN_OR_RETURN(const auto inputs, inputPaths(request, roots));
     MOTE_ASSIGN_OR_RETURN(auto manifest, kind.run({request, inputs, output, resources, progress}));
@@ -106,6 +104,53 @@ void printText(const JobOutcome& outcome, double seconds) {
                seconds);
 }
 
+namespace pb = google::protobuf;
+
+/// A field of a message, or of one within: "impact.mass".
+class FieldPlace {
+  public:
+    FieldPlace(pb::Message& message, const std::string& path) : message_(&message) {
+        const auto* type = message.GetDescriptor();
+        for (std::size_t begin = 0, end = 0; end < path.size(); begin = end + 1) {
+            end = std::min(path.find('.', begin), path.size());
+            path_.push_back(type->FindFieldByName(path.substr(begin, end - begin)));
+            MOTE_CHECK(path_.back() != nullptr);
+            type = path_.back()->message_type();
+        }
+    }
+    const pb::FieldDescriptor& field() const { return *path_.back(); }
+
+    /// By a member function of Reflection; makes the messages on the way.
+    template <class T>
+    using Put = void (pb::Reflection::*)(pb::Message*, const pb::FieldDescriptor*, T) const;
+    template <class T>
+    void put(const T& value, Put<T> how) const {
+        auto* message = message_;
+        for (const auto* field : std::span(path_).first(path_.size() - 1))
+            message = message->GetReflection()->MutableMessage(message, field);
+        // A format that is told by the content is none.
+        if constexpr (std::is_same_v<T, std::string>)
+            if (field().name() == "format" && value == "auto") return;
+        (message->GetReflection()->*how)(message, path_.back(), value);
+    }
+    /// The option that puts it there.
+    template <class T>
+    cli::Option option(const cli::Command& command, const std::string& name, const std::string& help,
+                       Put<T> set, Put<T> add) const {
+        if (!field().is_repeated())
+            return command.takes<T>(
+                name, [=, *this](const T& value) { put(value, set); }, help);
+        const auto putAll = [=, *this](const std::vector<T>& values) {
+            for (const T& value : values) put(value, add);
+        };
+        return command.takes<std::vector<T>>(name, putAll, help);
+    }
+
+  private:
+    pb::Message* message_;
+    std::vector<const pb::FieldDescriptor*> path_;
+};
+
 /// The processes of this job: those that a launcher of MPI started, else this one.
 Result<std::unique_ptr<Communicator>> joinRanks(const CancelSignal& signal) {
     if (!startedByMpi()) return singleProcess();
@@ -117,6 +162,28 @@ Result<std::unique_ptr<Communicator>> joinRanks(const CancelSignal& signal) {
 void addOutputFlags(const cli::Command& command, CommandLine& line) {
     command.flag("--json", line.json, "Print one JSON object on stdout");
     command.flag("--quiet", line.quiet, "Print errors only");
+}
+
+cli::Option fieldOption(const cli::Command& command, pb::Message& message, const std::string& field,
+                        const std::string& help, const std::string& name) {
+    using R = pb::Reflection;
+    const FieldPlace place(message, field);
+    auto known = name.empty() ? "--" + place.field().name() : name;
+    if (name.empty()) std::ranges::replace(known, '_', '-');
+    switch (place.field().cpp_type()) {
+        case pb::FieldDescriptor::CPPTYPE_BOOL:
+            return command.flag(
+                known, [=] { place.put(true, &R::SetBool); }, help);
+        case pb::FieldDescriptor::CPPTYPE_UINT32:
+            return place.option<std::uint32_t>(command, known, help, &R::SetUInt32, &R::AddUInt32);
+        case pb::FieldDescriptor::CPPTYPE_UINT64:
+            return place.option<std::uint64_t>(command, known, help, &R::SetUInt64, &R::AddUInt64);
+        case pb::FieldDescriptor::CPPTYPE_DOUBLE:
+            return place.option<double>(command, known, help, &R::SetDouble, &R::AddDouble);
+        default:
+            MOTE_CHECK(place.field().cpp_type() == pb::FieldDescriptor::CPPTYPE_STRING);
+            return place.option<std::string>(command, known, help, &R::SetString, &R::AddString);
+    }
 }
 
 void addResourceOptions(const cli::Command& command, JobResources& resources) {
@@ -131,24 +198,30 @@ void addResourceOptions(const cli::Command& command, JobResources& resources) {
         .valueName("BYTES");
 }
 
-void addDatasetOptions(const cli::Command& command, CommandLine& line,
-                       const std::shared_ptr<DatasetOptions>& options,
-                       std::function<void(proto::JobRequest&)> complete) {
-    command.option("--out", options->out, "The dataset to make, which must not exist")
+void addOutputOptions(const cli::Command& command, AskedJob& job) {
+    fieldOption(command, job.request, "output", "The dataset to make, which must not exist", "--out")
         .required()
         .valueName("DIR/NAME.mote");
-    command.option("--title", options->title, "What viewers call it").valueName("TEXT");
-    addResourceOptions(command, options->resources);
-    addOutputFlags(command, line);
-    command.callback([options, &line, complete = std::move(complete)] {
-        line.command = [options, &line, complete] {
-            proto::JobRequest request;
-            request.set_title(options->title);
-            request.set_output(options->out);
-            complete(request);
-            return runAndPrint(line, request, {}, options->resources);
+    fieldOption(command, job.request, "title", "What viewers call it").valueName("TEXT");
+}
+
+void runWhenChosen(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,
+                   std::function<Status(proto::JobRequest&)> complete) {
+    command.callback([job, &line, complete = std::move(complete)] {
+        line.command = [job, &line, complete] {
+            const auto completed = complete ? complete(job->request) : success();
+            return completed.ok() ? runAndPrint(line, job->request, {}, job->resources)
+                                  : fail(line, completed.error());
         };
     });
+}
+
+void addDatasetOptions(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,
+                       std::function<Status(proto::JobRequest&)> complete) {
+    addOutputOptions(command, *job);
+    addResourceOptions(command, job->resources);
+    addOutputFlags(command, line);
+    runWhenChosen(command, line, job, std::move(complete));
 }
 
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
@@ -184,47 +257,22 @@ int fail(const CommandLine& line, const Error& error) {
     return exitStatus(error);
 }
 
-void addVolumeOptions(const cli::Command& command, VolumeOptions& options) {
-    command.option("--format", options.format, "A volume's format; told by its content unless given")
+void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& source) {
+    const auto field = [&](const char* name, const char* help) {
+        return fieldOption(command, source, name, help);
+    };
+    field("format", "A volume's format; told by its content unless given").valueName("NAME");
+    field("dimensions", "Raw: voxels along x, y, z").values(3).valueName("NX NY NZ");
+    field("type", "Raw: u8 (the default), i8, u16, i16, u32, i32, f16, f32 or f64").valueName("TYPE");
+    field("big_endian", "Raw: the most significant byte comes first");
+    field("header_bytes", "Raw: before the first value").valueName("N");
+    field("spacing", "Of voxels, instead of what the file says").values(3).valueName("SX SY SZ");
+    field("origin", "World position of the first voxel's centre").values(3).valueName("X Y Z");
+    field("field", "VTI array, OpenVDB grid, NumPy array, channel, or number of one of several volumes")
         .valueName("NAME");
-    command.option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
-        .values(3)
-        .valueName("NX NY NZ");
-    command.option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f16, f32 or f64")
-        .valueName("TYPE");
-    command.flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
-    command.option("--header-bytes", options.headerBytes, "Raw: before the first value").valueName("N");
-    command.option("--spacing", options.spacing, "Of voxels, instead of what the file says")
-        .values(3)
-        .valueName("SX SY SZ");
-    command.option("--origin", options.origin, "World position of the first voxel's centre")
-        .values(3)
-        .valueName("X Y Z");
-    command
-        .option("--field", options.field,
-                "VTI array, OpenVDB grid, NumPy array, channel, or number of one of several volumes")
+    field("series", "DICOM: the number or UID of one of several series").valueName("NAME");
+    field("space", "Where patients lie: ras (the default), lps, or file: as the file has it")
         .valueName("NAME");
-    command.option("--series", options.series, "DICOM: the number or UID of one of several series")
-        .valueName("NAME");
-    command
-        .option("--space", options.space,
-                "Where patients lie: ras (the default), lps, or file: as the file has it")
-        .valueName("NAME");
-}
-
-proto::VolumeSourceOptions VolumeOptions::message() const {
-    proto::VolumeSourceOptions source;
-    source.set_format(format == "auto" ? "" : format);
-    source.mutable_dimensions()->Assign(dimensions.begin(), dimensions.end());
-    source.set_type(type);
-    source.set_big_endian(bigEndian);
-    source.set_header_bytes(headerBytes);
-    source.mutable_spacing()->Assign(spacing.begin(), spacing.end());
-    source.mutable_origin()->Assign(origin.begin(), origin.end());
-    source.set_field(field);
-    source.set_space(space);
-    source.set_series(series);
-    return source;
 }
 
 }  // namespace mote::prep

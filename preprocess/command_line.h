@@ -38,31 +38,27 @@ void addOutputFlags(const cli::Command& command, CommandLine& line);
 /// --threads and --memory.
 void addResourceOptions(const cli::Command& command, JobResources& resources);
 
-/// How a volume is to be read, as the command line says it.
-struct VolumeOptions {
-    std::string format, type, field, space, series;
-    std::vector<std::uint32_t> dimensions;
-    std::vector<double> spacing, origin;
-    bool bigEndian = false;
-    std::uint64_t headerBytes = 0;
+/// An option that is a field of `message`, which outlives the parsing: "--error-grid" is error_grid, where it
+/// has no other name. `field` may lie in messages within: "impact.mass".
+cli::Option fieldOption(const cli::Command& command, google::protobuf::Message& message,
+                        const std::string& field, const std::string& help, const std::string& name = {});
+/// How a volume is to be read.
+void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& source);
 
-    proto::VolumeSourceOptions message() const;
-};
-void addVolumeOptions(const cli::Command& command, VolumeOptions& options);
-
-/// What a command that makes a dataset is told.
-struct DatasetOptions {
-    std::string input;  ///< its first argument: what the dataset is made from
-    std::string out;
-    std::string title;
+/// The job that a subcommand asks for: options fill in its request, and say what it may use.
+struct AskedJob {
+    proto::JobRequest request;
     JobResources resources;
 };
 
-/// Adds --out, --title, --threads, --memory and the flags, and has the command run the request to which
-/// `complete` has added what is the command's own. Keeps `options`.
-void addDatasetOptions(const cli::Command& command, CommandLine& line,
-                       const std::shared_ptr<DatasetOptions>& options,
-                       std::function<void(proto::JobRequest&)> complete);
+/// --out and --title.
+void addOutputOptions(const cli::Command& command, AskedJob& job);
+/// Has the command run the job, once `complete` has been done to its request.
+void runWhenChosen(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,
+                   std::function<Status(proto::JobRequest&)> complete = {});
+/// Adds all of these, and the resources and flags: for a command that makes a dataset.
+void addDatasetOptions(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,
+                       std::function<Status(proto::JobRequest&)> complete = {});
 
 /// How a server has its jobs run.
 struct ServedJob {
@@ -75,7 +71,7 @@ struct ServedJob {
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
                 const JobResources& resources, const ServedJob& served = {});
 
-/// Prints the error on stderr; 2 for wrong usage, 75 (EX_TEMPFAIL) where the error passes, 128 + signal where
+/// Prints the error on stderr; 2 for wrong usage, 75 (EX_TEMPFAIL) if the error passes, 128 + signal where
 /// one came, else 1.
 int fail(const CommandLine& line, const Error& error);
 

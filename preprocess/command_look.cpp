@@ -30,31 +30,11 @@ The exit status is 1 where something would be refused.)";
 
 constexpr std::uint64_t mostSeconds = 600;  // of the processor, for what is no more than a look
 
-struct LookArguments {
+struct LookArguments : LookOptions {
     std::vector<std::string> inputs;
-    std::string format, species, map, field, series;
-    std::optional<double> mass, frequency, kineticEnergy;
-    std::uint64_t memory = 0;
-    bool all = false;
-
-    LookOptions looked() const {
-        LookOptions made;
-        made.all = all;
-        made.memory = memory;
-        made.particles.set_format(format == "auto" ? "" : format);
-        made.particles.set_species(species);
-        made.particles.set_map(map);
-        if (mass) made.particles.mutable_impact()->set_mass(*mass);
-        if (frequency) made.particles.mutable_impact()->set_frequency(*frequency);
-        if (kineticEnergy) made.particles.mutable_impact()->set_kinetic_energy(*kineticEnergy);
-        made.volume.set_format(format == "auto" ? "" : format);
-        made.volume.set_field(field);
-        made.volume.set_series(series);
-        return made;
-    }
 };
 
-/// Of an input of which nothing can be said: on stderr, and to scripts.
+/// Tells, on stderr and to scripts, why nothing can be said of an input.
 int refuse(const CommandLine& line, const std::string& input, const Error& error) {
     if (line.json && error.code != ErrorCode::cancelled) {
         Look look;
@@ -65,11 +45,11 @@ int refuse(const CommandLine& line, const std::string& input, const Error& error
     return fail(line, error);
 }
 
-/// In the child: looks at one input, and prints what it is.
+/// Looks at one input, in the child, and prints what it is.
 int lookAndPrint(const CommandLine& line, const LookArguments& options, const std::string& input) {
     const auto look = [&] {
         ConsoleProgress progress(line.signal, {line.quiet, -1});
-        return lookAt(input, options.looked(), progress);
+        return lookAt(input, options, progress);
     }();
     if (!look.ok()) return refuse(line, input, look.error());
     const std::string text = line.json ? jsonLine(*look) : toTerminalLines(lookText(*look));
@@ -116,17 +96,25 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
     const auto options = std::make_shared<LookArguments>();
     command.option("INPUT", options->inputs, "Files, folders, or names with %T").required();
     command.flag("--all", options->all, "Ranges of all steps, not of the first alone");
+    const auto takeFormat = [found = options.get()](const std::string& name) {
+        if (name == "auto") return;
+        found->particles.set_format(name);
+        found->volume.set_format(name);
+    };
     command
-        .option("--format", options->format, "As of particles and volume; told by its content unless given")
+        .takes<std::string>("--format", takeFormat,
+                            "As of particles and volume; told by its content unless given")
         .valueName("NAME");
-    command.option("--species", options->species, "This openPMD species alone").valueName("NAME");
-    command.option("--map", options->map, "What a table's columns are, as of particles").valueName("TEXT");
-    command.option("--field", options->field, "This field or volume alone").valueName("NAME");
-    command.option("--series", options->series, "This series of DICOM files alone").valueName("NAME");
-    command.option("--mass", options->mass, "Rest mass, eV/c^2, where the file does not say it")
+    auto& run = options->particles;
+    auto& volume = options->volume;
+    fieldOption(command, run, "species", "This openPMD species alone").valueName("NAME");
+    fieldOption(command, run, "map", "What a table's columns are, as of particles").valueName("TEXT");
+    fieldOption(command, volume, "field", "This field or volume alone").valueName("NAME");
+    fieldOption(command, volume, "series", "This series of DICOM files alone").valueName("NAME");
+    fieldOption(command, run, "impact.mass", "Rest mass, eV/c^2, where the file does not say it")
         .valueName("EV");
-    command.option("--frequency", options->frequency, "IMPACT: scaling frequency, Hz").valueName("HZ");
-    command.option("--kinetic-energy", options->kineticEnergy, "IMPACT: reference kinetic energy, eV")
+    fieldOption(command, run, "impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");
+    fieldOption(command, run, "impact.kinetic_energy", "IMPACT: reference kinetic energy, eV")
         .valueName("EV");
     command
         .option("--memory", options->memory,

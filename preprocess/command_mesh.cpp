@@ -17,35 +17,22 @@ constexpr const char* meshExamples = R"(Examples:
 INPUT is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. What is wrong with it and can be put
 right (vertices at one place, triangles without area, numbers that are not finite) is counted and said.)";
 
-/// Options as the command line gives them.
-struct MeshArguments : DatasetOptions {
-    std::optional<double> isovalue;
-    std::vector<double> clip;
-    VolumeOptions source;
-};
-
-void complete(const MeshArguments& options, proto::MeshJob& job) {
-    job.set_input(options.input);
-    if (options.isovalue) job.set_isovalue(*options.isovalue);
-    job.mutable_clip()->Assign(options.clip.begin(), options.clip.end());
-    const auto source = options.source.message();
-    if (source.ByteSizeLong() > 0) *job.mutable_source() = source;
-}
-
 void addMesh(const cli::Command& program, CommandLine& line) {
     const auto command =
         program.subcommand("mesh", "Make a dataset of a triangle mesh, or of a surface in a volume");
-    const auto options = std::make_shared<MeshArguments>();
-    command.option("INPUT", options->input, "The mesh or volume, a file or a folder (DICOM, pictures)")
+    const auto job = std::make_shared<AskedJob>();
+    auto& mesh = *job->request.mutable_mesh();
+    fieldOption(command, mesh, "input", "The mesh or volume, a file or a folder (DICOM, pictures)", "INPUT")
         .required();
-    command.option("--isovalue", options->isovalue, "The surface on which a volume has this value")
-        .valueName("V");
-    command.option("--clip", options->clip, "Keep of that surface what lies in a box, world units")
+    fieldOption(command, mesh, "isovalue", "The surface on which a volume has this value").valueName("V");
+    fieldOption(command, mesh, "clip", "Keep of that surface what lies in a box, world units")
         .values(6)
         .valueName("X0 Y0 Z0 X1 Y1 Z1");
-    addVolumeOptions(command, options->source);
-    addDatasetOptions(command, line, options,
-                      [options](auto& request) { complete(*options, *request.mutable_mesh()); });
+    addVolumeOptions(command, *mesh.mutable_source());
+    addDatasetOptions(command, line, job, [](proto::JobRequest& request) {
+        if (request.mesh().source().ByteSizeLong() == 0) request.mutable_mesh()->clear_source();
+        return success();
+    });
     command.footer(meshExamples);
 }
 

@@ -10,43 +10,27 @@ namespace {
 constexpr const char* synthExamples = R"(Example:
   mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out runSynth.h5)";
 
-struct SynthArguments {
-    std::uint64_t particles = 1000000;
-    std::uint32_t steps = 10;
-    std::uint64_t seed = 1;
-    std::optional<double> mismatch;
-    std::string out;
-};
-
-proto::JobRequest toSynthRequest(const SynthArguments& options) {
-    proto::JobRequest request;
-    request.set_output(options.out);
-    auto& job = *request.mutable_synth_beam();
-    job.set_particles(options.particles);
-    job.set_steps(options.steps);
-    job.set_seed(options.seed);
-    if (options.mismatch) job.set_mismatch(*options.mismatch);
-    return request;
-}
-
 void addSynth(const cli::Command& program, CommandLine& line) {
     const auto synth = program.subcommand("synth", "Make a synthetic run");
     synth.requireOneSubcommand();
     const auto command =
         synth.subcommand("beam", "A mismatched beam in a FODO channel, in which a halo forms");
-    const auto options = std::make_shared<SynthArguments>();
-    command.option("--particles", options->particles, "Macro-particles").showDefault();
-    command.option("--steps", options->steps, "Steps to write").showDefault();
-    command.option("--seed", options->seed, "The same seed gives the same bytes").showDefault();
-    command.option("--mismatch", options->mismatch, "Initial envelope over the matched one; default 1.5");
-    command.option("--out", options->out, "The openPMD file to make, which must not exist")
+    const auto job = std::make_shared<AskedJob>();
+    auto& beam = *job->request.mutable_synth_beam();
+    beam.set_particles(1000000);
+    beam.set_steps(10);
+    beam.set_seed(1);
+    fieldOption(command, beam, "particles", "Macro-particles").showDefault(std::to_string(beam.particles()));
+    fieldOption(command, beam, "steps", "Steps to write").showDefault(std::to_string(beam.steps()));
+    fieldOption(command, beam, "seed", "The same seed gives the same bytes")
+        .showDefault(std::to_string(beam.seed()));
+    fieldOption(command, beam, "mismatch", "Initial envelope over the matched one; default 1.5");
+    fieldOption(command, job->request, "output", "The openPMD file to make, which must not exist", "--out")
         .required()
         .valueName("FILE.h5");
     addOutputFlags(command, line);
     command.footer(synthExamples);
-    command.callback([options, &line] {
-        line.command = [options, &line] { return runAndPrint(line, toSynthRequest(*options), {}, {}); };
-    });
+    runWhenChosen(command, line, job);
 }
 
 Result<proto::Manifest> runSynth(const Job& job) {

@@ -12,30 +12,11 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/json_string.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
-
-std::string quoted(std::string_view text) {
-    std::string result = "\"";
-    // Of UTF-8, so that its control characters are told, C1 among them.
-    const auto whole = toUtf8(text);
-    for (std::string_view rest = whole; !rest.empty();) {
-        const auto character = rest.substr(0, characterLength(rest));
-        rest.remove_prefix(character.size());
-        if (character == "\"" || character == "\\") {
-            result += '\\';
-            result += character;
-        } else if (isControl(character)) {
-            result +=
-                fmt::format("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(character.back())));
-        } else {
-            result += character;
-        }
-    }
-    return result + "\"";
-}
 
 // A signal handler reaches nothing but what is static.
 std::atomic<int> receivedSignal{0};
@@ -48,12 +29,12 @@ extern "C" void onSignal(int number) {
 }  // namespace
 
 JsonObject& JsonObject::addRaw(std::string_view name, std::string_view json) {
-    members_ += fmt::format("{}{}: {}", members_.empty() ? "" : ", ", quoted(name), json);
+    members_ += fmt::format("{}{}: {}", members_.empty() ? "" : ", ", jsonString(name), json);
     return *this;
 }
 
 JsonObject& JsonObject::add(std::string_view name, std::string_view text) {
-    return addRaw(name, quoted(text));
+    return addRaw(name, jsonString(text));
 }
 
 JsonObject& JsonObject::add(std::string_view name, bool value) {

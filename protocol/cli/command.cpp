@@ -89,8 +89,19 @@ Option Command::option(const std::string& name, T& value, const std::string& des
     return Option(app_->add_option(name, value, description));
 }
 
+template <class T>
+Option Command::takes(const std::string& name, std::function<void(const T&)> take,
+                      const std::string& description) const {
+    return Option(app_->add_option_function<T>(name, take, description));
+}
+
 Option Command::flag(const std::string& name, bool& value, const std::string& description) const {
     return Option(app_->add_flag(name, value, description));
+}
+
+Option Command::flag(const std::string& name, std::function<void()> given,
+                     const std::string& description) const {
+    return Option(app_->add_flag_callback(name, std::move(given), description));
 }
 
 void Command::footer(const std::string& text) const {
@@ -158,5 +169,18 @@ MOTE_OPTION_OF(std::vector<std::uint32_t>)
 MOTE_OPTION_OF(std::vector<double>)
 MOTE_OPTION_OF(std::vector<std::string>)
 #undef MOTE_OPTION_OF
+
+#define MOTE_TAKES(...)                                                                         \
+    template Option Command::takes(const std::string&, std::function<void(const __VA_ARGS__&)>, \
+                                   const std::string&) const;
+MOTE_TAKES(std::uint32_t)
+MOTE_TAKES(std::uint64_t)
+MOTE_TAKES(double)
+MOTE_TAKES(std::string)
+MOTE_TAKES(std::vector<std::uint32_t>)
+MOTE_TAKES(std::vector<std::uint64_t>)
+MOTE_TAKES(std::vector<double>)
+MOTE_TAKES(std::vector<std::string>)
+#undef MOTE_TAKES
 
 }  // namespace mote::cli

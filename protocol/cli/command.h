@@ -65,7 +65,12 @@ class Command {
     /// is a number, a string or a path, an optional or a vector of them: those at the end of command.cpp.
     template <class T>
     Option option(const std::string& name, T& value, const std::string& description = {}) const;
+    /// The same, where `take` is given the value, if there is one.
+    template <class T>
+    Option takes(const std::string& name, std::function<void(const T&)> take,
+                 const std::string& description = {}) const;
     Option flag(const std::string& name, bool& value, const std::string& description) const;
+    Option flag(const std::string& name, std::function<void()> given, const std::string& description) const;
     /// What --help says at its end.
     void footer(const std::string& text) const;
     /// Exactly one subcommand, or one option of a group, must be given.
