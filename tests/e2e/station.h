@@ -4,11 +4,14 @@
 // real mote-prep, and a real mote-server on it. One owner; the server ends with it.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "client/shared/connection.h"
 #include "tests/e2e/process.h"
 #include "tests/support/temp_dir.h"
 
@@ -63,7 +66,47 @@ std::string beamView(int width, int step = 0, double distance = 4.0,
 std::string scriptOf(const std::vector<std::string>& views);
 
 std::string bytesOf(const std::filesystem::path& file);
-/// Names in a folder, sorted; empty where there is none.
+/// Names in a folder, sorted; empty if there is none.
 std::vector<std::string> namesIn(const std::filesystem::path& folder);
+
+// What a test says to a server as a client, and waits for the answers. The connection's thread.
+
+/// False if the condition does not come true in a long while.
+template <class Condition>
+bool eventually(client::Connection& connection, const Condition& condition) {
+    const auto end = std::chrono::steady_clock::now() + Process::patience;
+    while (std::chrono::steady_clock::now() < end) {
+        connection.poll();
+        if (condition()) return true;
+        connection.wait(std::chrono::milliseconds(50));
+    }
+    return false;
+}
+
+template <class T>
+Result<T> answer(client::Connection& connection,
+                 const std::function<void(client::Connection::Reply<T>)>& ask) {
+    std::optional<Result<T>> got;
+    ask([&](Result<T> result) { got = std::move(result); });
+    if (!eventually(connection, [&] { return got.has_value(); })) {
+        return Error{ErrorCode::internal, "", "no answer"};
+    }
+    return *got;
+}
+
+/// Names of the catalogue.
+std::vector<std::string> datasets(client::Connection& connection);
+
+/// The id of the job; a failure of the test where it is refused.
+std::string submit(client::Connection& connection, const proto::JobRequest& request);
+
+/// Watches a job until its state is `state` or one in which it has ended; returns its last status. `progress`
+/// gets every one of its reports.
+proto::JobStatus reached(client::Connection& connection, const std::string& id, proto::JobStatus::State state,
+                         std::vector<double>* progress = nullptr);
+inline proto::JobStatus ended(client::Connection& connection, const std::string& id,
+                              std::vector<double>* progress = nullptr) {
+    return reached(connection, id, proto::JobStatus::SUCCEEDED, progress);
+}
 
 }  // namespace mote::test

@@ -7,7 +7,6 @@
 #include <csignal>
 
 #include "protocol/wire/connection_file.h"
-#include "tests/e2e/conversation.h"
 #include "tests/e2e/orbiters.h"
 #include "tests/e2e/station.h"
 

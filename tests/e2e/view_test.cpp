@@ -99,20 +99,37 @@ class View : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runProcess(program("mote-view"), arguments, display.options());
     }
+    /// The window's picture, 1000 x 600 pixels; a failure is a test failure, and empty.
+    Image window(std::vector<std::string> more) const {
+        const auto picture = station_.root() / "window.png";
+        more.insert(more.end(), {"--screenshot", picture.string()});
+        const auto done = view(more);
+        EXPECT_EQ(done.status, 0) << done.errors;
+        const auto image = readPng(picture);
+        if (!image.ok()) {
+            ADD_FAILURE() << image.error().toString();
+            return {1000, 600, std::vector<std::uint8_t>(4 * 1000 * 600)};
+        }
+        return *image;
+    }
+    /// A file of the station, with this text in it.
+    std::string file(const std::string& name, const std::string& text) const {
+        const auto path = station_.root() / name;
+        std::ofstream(path) << text;
+        return path.string();
+    }
+
+    static constexpr std::uint32_t beside = 1000 - 340;  ///< columns left of the panel
 
     Station station_;
 };
 
 TEST_F(View, ShowsTheFirstDatasetAndItsControls) {
     station_.startServer();
-    const auto picture = station_.root() / "window.png";
-    const auto done = view({"--screenshot", picture.string()});
-    ASSERT_EQ(done.status, 0) << done.errors;
-    const auto image = readPng(picture);
-    ASSERT_TRUE(image.ok()) << image.error().toString();
-    EXPECT_EQ(image->width, 1000U);
-    EXPECT_EQ(image->height, 600U);
-    const auto seen = seenIn(*image, 1000 - 340);
+    const auto image = window({});
+    EXPECT_EQ(image.width, 1000U);
+    EXPECT_EQ(image.height, 600U);
+    const auto seen = seenIn(image, beside);
     EXPECT_GT(seen.picture, 1000);  // a beam of 20,000 particles covers far more
     EXPECT_GT(seen.panel, 2000);    // letters, curves, histogram
 }
@@ -120,12 +137,8 @@ TEST_F(View, ShowsTheFirstDatasetAndItsControls) {
 TEST_F(View, ShowsAStippledSurfaceAndItsControls) {
     writeBall(station_.root() / "a-ball.mote", 20000);  // the first in the catalogue
     station_.startServer();
-    const auto picture = station_.root() / "window.png";
-    const auto done = view({"--screenshot", picture.string()});
-    ASSERT_EQ(done.status, 0) << done.errors;
-    const auto image = readPng(picture);
-    ASSERT_TRUE(image.ok()) << image.error().toString();
-    const auto seen = seenIn(*image, 1000 - 340);
+    const auto image = window({});
+    const auto seen = seenIn(image, beside);
     EXPECT_GT(seen.picture, 5000);  // framed: dots on a disc of some 400 pixels
     EXPECT_GT(seen.panel, 2000);
 }
@@ -133,27 +146,17 @@ TEST_F(View, ShowsAStippledSurfaceAndItsControls) {
 TEST_F(View, ShowsAVolumeAndItsControls) {
     writeSmallHybrid(station_.root() / "a-volume.mote", smallPoints(5), smallManifest(5, 8));
     station_.startServer();
-    const auto picture = station_.root() / "window.png";
-    const auto done = view({"--screenshot", picture.string()});
-    ASSERT_EQ(done.status, 0) << done.errors;
-    const auto image = readPng(picture);
-    ASSERT_TRUE(image.ok()) << image.error().toString();
-    const auto seen = seenIn(*image, 1000 - 340);
+    const auto image = window({});
+    const auto seen = seenIn(image, beside);
     EXPECT_GT(seen.picture, 5000);  // framed: some of its 4 x 3 x 2 samples fill a good part of it
     EXPECT_GT(seen.panel, 2000);
 }
 
 TEST_F(View, ShowsASavedView) {
     station_.startServer();
-    const auto file = station_.root() / "saved.json";
     // Far away: the beam is a dot, so the picture differs from the fitted one.
-    std::ofstream(file) << saved(beamView(640, 1, 400.0));
-    const auto picture = station_.root() / "window.png";
-    const auto done = view({"--view", file.string(), "--screenshot", picture.string()});
-    ASSERT_EQ(done.status, 0) << done.errors;
-    const auto image = readPng(picture);
-    ASSERT_TRUE(image.ok()) << image.error().toString();
-    const auto seen = seenIn(*image, 1000 - 340);
+    const auto image = window({"--view", file("saved.json", saved(beamView(640, 1, 400.0)))});
+    const auto seen = seenIn(image, beside);
     EXPECT_GT(seen.picture, 0);
     EXPECT_LT(seen.picture, 500);
 }
@@ -172,10 +175,8 @@ std::string oddView(int step = 0) {
 
 TEST_F(View, SavesWhatItLoadedToTheByte) {
     station_.startServer();
-    const auto file = station_.root() / "odd.json", first = station_.root() / "first.json",
-               second = station_.root() / "second.json";
-    std::ofstream(file) << oddView();
-    const auto once = view({"--view", file.string(), "--save-view", first.string()});
+    const auto first = station_.root() / "first.json", second = station_.root() / "second.json";
+    const auto once = view({"--view", file("odd.json", oddView()), "--save-view", first.string()});
     ASSERT_EQ(once.status, 0) << once.errors;
     EXPECT_THAT(bytesOf(first), HasSubstr("4.000000000001"));
     EXPECT_THAT(bytesOf(first), HasSubstr("101325.001"));
@@ -199,21 +200,19 @@ TEST_F(View, SavesWhatItLoadedToTheByte) {
 
 TEST_F(View, ShowsTheFirstOfAScriptAndSaysSo) {
     station_.startServer();
-    const auto file = station_.root() / "script.json", kept = station_.root() / "kept.json";
-    std::ofstream(file) << "{\"views\": [" << oddView() << ", " << oddView(1) << "]}";
-    const auto done = view({"--view", file.string(), "--save-view", kept.string()});
+    const auto kept = station_.root() / "kept.json";
+    const auto script = file("script.json", "{\"views\": [" + oddView() + ", " + oddView(1) + "]}");
+    const auto done = view({"--view", script, "--save-view", kept.string()});
     ASSERT_EQ(done.status, 0) << done.errors;
     EXPECT_THAT(done.errors, HasSubstr("script.json has 2 views, of which the first is shown here"));
     EXPECT_THAT(bytesOf(kept), HasSubstr("4.000000000001"));
-    std::ofstream(file) << beamFilm({4.0, 6.0}, 2.0);
-    EXPECT_THAT(view({"--view", file.string()}).errors, HasSubstr("a film of 2 keyframes"));
+    EXPECT_THAT(view({"--view", file("film.json", beamFilm({4.0, 6.0}, 2.0))}).errors,
+                HasSubstr("a film of 2 keyframes"));
 }
 
 TEST_F(View, AStepThatIsNotThereIsAnErrorAndNoOtherStep) {
     station_.startServer();
-    const auto file = station_.root() / "odd.json";
-    std::ofstream(file) << oddView(7);
-    const auto done = view({"--view", file.string()});
+    const auto done = view({"--view", file("odd.json", oddView(7))});
     EXPECT_EQ(done.status, 1);
     EXPECT_THAT(done.errors, HasSubstr("step"));
     EXPECT_THAT(done.errors, HasSubstr("7"));
@@ -221,7 +220,6 @@ TEST_F(View, AStepThatIsNotThereIsAnErrorAndNoOtherStep) {
 
 TEST_F(View, ShowsWhatASavedViewSelects) {
     station_.startServer();
-    const auto file = station_.root() / "saved.json";
     auto view = beamView(640);
     const auto layer = view.find("'particles'");
     ASSERT_NE(layer, std::string::npos);
@@ -230,16 +228,11 @@ TEST_F(View, ShowsWhatASavedViewSelects) {
     view.insert(view.rfind('}'),
                 ", 'selections': [{'name': 'right', 'selection': "
                 "{'ranges': [{'column': 'x', 'min': 0}]}}]");
-    std::ofstream(file) << saved(view);
-    const auto picture = station_.root() / "window.png";
-    const auto done = this->view({"--view", file.string(), "--screenshot", picture.string()});
-    ASSERT_EQ(done.status, 0) << done.errors;
-    const auto image = readPng(picture);
-    ASSERT_TRUE(image.ok()) << image.error().toString();
+    const auto image = window({"--view", file("saved.json", saved(view))});
     int cyan = 0;  // the beam is warm
-    for (std::uint32_t y = 0; y < image->height; ++y) {
-        for (std::uint32_t x = 0; x < 1000 - 340; ++x) {
-            const std::uint8_t* pixel = &image->pixels[4 * (std::size_t{y} * image->width + x)];
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < beside; ++x) {
+            const std::uint8_t* pixel = &image.pixels[4 * (std::size_t{y} * image.width + x)];
             cyan += pixel[2] > 200 && pixel[1] > 200 && pixel[0] < 60 ? 1 : 0;
         }
     }
@@ -248,23 +241,15 @@ TEST_F(View, ShowsWhatASavedViewSelects) {
 
 TEST_F(View, ShowsAFilmsKeyframesWithTheirPictures) {
     station_.startServer();
-    const auto file = station_.root() / "film.json";
-    std::ofstream(file) << beamFilm({4.0, 6.0, 3.0}, 2.5);
-    const auto picture = station_.root() / "window.png";
-    const auto done = view({"--film", file.string(), "--screenshot", picture.string()});
-    ASSERT_EQ(done.status, 0) << done.errors;
-    const auto image = readPng(picture);
-    ASSERT_TRUE(image.ok()) << image.error().toString();
+    const auto image = window({"--film", file("film.json", beamFilm({4.0, 6.0, 3.0}, 2.5))});
     // The bar is some 212 pixels high: controls, then the strip, then the film's controls.
-    EXPECT_EQ(warmRuns(*image, 600 - 165, 600 - 125, 1000 - 340), 3);  // one selected, three with a beam
-    EXPECT_GT(seenIn(*image, 1000 - 340).picture, 3000);
+    EXPECT_EQ(warmRuns(image, 600 - 165, 600 - 125, beside), 3);  // one selected, three with a beam
+    EXPECT_GT(seenIn(image, beside).picture, 3000);
 }
 
 TEST_F(View, RefusesFilmsThatItCannotEdit) {
-    const auto file = station_.root() / "film.json";
     const auto refused = [&](const std::string& script) {
-        std::ofstream(file) << script;
-        const auto done = view({"--film", file.string()});
+        const auto done = view({"--film", file("film.json", script)});
         EXPECT_EQ(done.status, 1);
         EXPECT_THAT(done.errors, HasSubstr("film.json"));
         return done.errors;
@@ -281,14 +266,11 @@ TEST_F(View, SaysWhatIsWrongAndEnds) {
     EXPECT_EQ(noServer.status, 1);
     EXPECT_THAT(noServer.errors, HasSubstr("connection.json"));
     station_.startServer();
-    const auto broken = station_.root() / "broken.json";
-    std::ofstream(broken) << R"({"layers": [{"datset": "data/beam"}]})";
-    const auto badView = view({"--view", broken.string()});
+    const auto badView = view({"--view", file("broken.json", R"({"layers": [{"datset": "data/beam"}]})")});
     EXPECT_EQ(badView.status, 1);
     EXPECT_THAT(badView.errors, HasSubstr("datset"));
-    const auto unknown = station_.root() / "unknown.json";
-    std::ofstream(unknown) << saved(beamView(640, 0, 4.0, "data/nothing"));
-    const auto noDataset = view({"--view", unknown.string()});
+    const auto unknown = file("unknown.json", saved(beamView(640, 0, 4.0, "data/nothing")));
+    const auto noDataset = view({"--view", unknown});
     EXPECT_EQ(noDataset.status, 1);
     EXPECT_THAT(noDataset.errors, HasSubstr("data/nothing"));
 }

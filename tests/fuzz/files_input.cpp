@@ -3,7 +3,6 @@
 #include "tests/fuzz/inputs.h"
 #include "tests/fuzz/read_source.h"
 #include "tests/fuzz/require.h"
-#include "tests/fuzz/words.h"
 
 namespace mote::test {
 namespace {

@@ -4,9 +4,7 @@
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "tests/fuzz/inputs.h"
-#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/require.h"
-#include "tests/fuzz/silent.h"
 
 namespace mote::test {
 namespace {

@@ -7,7 +7,6 @@
 #include "preprocess/readers/particle_source.h"
 #include "preprocess/volume/volume_source.h"
 #include "tests/fuzz/require.h"
-#include "tests/fuzz/silent.h"
 
 namespace mote::test {
 namespace {

@@ -12,7 +12,6 @@
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
 #include "tests/fuzz/inputs.h"
-#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/require.h"
 
 namespace mote::test {

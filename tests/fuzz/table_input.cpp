@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/readers/impact/impact_deck.h"
 #include "tests/fuzz/inputs.h"
-#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/read_source.h"
 #include "tests/fuzz/require.h"
 

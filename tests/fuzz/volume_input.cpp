@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/inputs.h"
-#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/read_source.h"
 #include "tests/fuzz/require.h"
 

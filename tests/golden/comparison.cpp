@@ -2,10 +2,11 @@
 #include "tests/golden/comparison.h"
 
 #include <fmt/format.h>
-
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 
 #include "protocol/scene/mote_check.h"
@@ -71,6 +72,16 @@ Image difference(const Image& one, const Image& other) {
         result.pixels[i] = static_cast<std::uint8_t>(i % 4 == 3 ? 255 : off);
     }
     return result;
+}
+
+void keep(const Image& image, const std::string& name) {
+    const auto path = std::filesystem::path(MOTE_GOLDEN_FOLDER) / (name + ".png");
+    const auto status = writePng(image, path);
+    EXPECT_TRUE(status.ok()) << status.error().toString();
+}
+
+bool keepAll() {
+    return std::getenv("MOTE_GOLDEN_KEEP") != nullptr;
 }
 
 }  // namespace mote::test

@@ -39,4 +39,11 @@ Comparison compare(const Image& actual, const Image& expected, std::span<const s
 /// Differences, 16 times as large, white where they reach 16 of 255 in all channels; pictures of one shape.
 Image difference(const Image& one, const Image& other);
 
+/// Writes the picture, which a person should look at, as golden/NAME.png of the build, replaced; a failure is
+/// a test failure.
+void keep(const Image& image, const std::string& name);
+
+/// Whether MOTE_GOLDEN_KEEP is set: every picture is then kept, not only those that fail.
+bool keepAll();
+
 }  // namespace mote::test

@@ -2,13 +2,15 @@
 //
 // The cpu device by all kinds of vectors that this processor has, and on any number of threads.
 #include <gtest/gtest.h>
-
+#include <stop_token>
 #include <string>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/golden/comparison.h"
 #include "tests/golden/device_pictures.h"
 #include "tests/golden/golden_scenes.h"
+#include "tests/golden/golden_strokes.h"
 #include "tests/support/only_vectors.h"
 
 namespace mote::test {
@@ -24,7 +26,7 @@ void expectTheSameOfAllKinds(const std::string& name, const Quality& quality) {
     for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
         const OnlyVectors only(target);
         CpuDevice device;
-        // Sums are rounded differently where there is no fused multiply-add, and a steep density is cut as
+        // Sums are rounded differently if there is no fused multiply-add, and a steep density is cut as
         // finely as the steepest of a vector's rays needs it: a step or two of 8 bits.
         const auto result = compare(picture(device, scene, quality), expected);
         EXPECT_GT(result.psnr, 58.0) << name << ' ' << device.name() << ' ' << result.toString();
@@ -53,6 +55,113 @@ TEST(CpuVectors, TheNumberOfThreadsChangesNoByte) {
     EXPECT_EQ(picture(one, scene, Quality::exact()), picture(three, scene, Quality::exact()));
     EXPECT_NE(one.name().find("1 thread)"), std::string::npos) << one.name();
     EXPECT_NE(three.name().find("3 threads)"), std::string::npos) << three.name();
+}
+
+// Pictures of the cpu device that give way wherever they can, before their first tile too.
+
+using render::FramePlan;
+using render::PixelFormat;
+
+constexpr render::WorkInTurns::Duration none{0};
+
+class CpuTurns : public testing::Test {
+  protected:
+    CpuTurns() { others_.request_stop(); }
+
+    render::Picture drawnAtOnce(const FramePlan& plan) {
+        return device_.render(plan, PixelFormat::srgb8, std::stop_token()).value();
+    }
+    /// Others' pictures, which use the same lists and steps, are drawn at every seventh turn.
+    render::Picture drawnInTurns(const FramePlan& plan, const FramePlan& other) {
+        const auto expected = drawnAtOnce(other).pixels;
+        const auto begun = device_.begin(plan, PixelFormat::srgb8, std::stop_token());
+        for (turns_ = 1; !begun->advance(others_.get_token()); ++turns_) {
+            if (turns_ % 7 != 3) continue;
+            EXPECT_TRUE(drawnAtOnce(other).pixels == expected);
+            device_.trim();
+        }
+        return begun->take();
+    }
+    void expectTheSame(const FramePlan& plan, const FramePlan& other) {
+        const auto expected = drawnAtOnce(plan);
+        const auto drawn = drawnInTurns(plan, other);
+        EXPECT_TRUE(drawn.pixels == expected.pixels) << turns_ << " turns";
+        EXPECT_EQ(drawn.pointsDrawn, expected.pointsDrawn);
+    }
+
+    std::stop_source others_;
+    render::CpuDevice device_{{.threads = 2, .leastTurn = none}};
+    const FramePlan small_ = render::makeFramePlan(makeScene("oddSize"), Quality::exact());
+    int turns_ = 0;
+};
+
+/// By a value that grows with a point's place in the file.
+void colorByValue(FramePlan& plan, bool nearest) {
+    for (auto& points : plan.points) {
+        auto values = std::make_shared<render::PointValues>();
+        for (std::uint64_t i = 0; i < points.step->pointCount(); ++i)
+            values->codes.push_back(static_cast<render::ValueCode>(i % 60000));
+        values->complete = true;
+        points.colors = render::PointColors{std::move(values), ColorMap::find("magma").value(), nearest};
+    }
+}
+
+TEST_F(CpuTurns, EveryKindOfPictureComesToTheSameBytes) {
+    Quality moving;  // points that are streamed, or of a preview
+    moving.pointFraction = 0.5;
+    for (const char* name : {"twoLayers", "discs", "haloOnly", "dotPlane", "dotsAlone", "onePixel"}) {
+        SCOPED_TRACE(name);
+        auto scene = makeScene(name);
+        for (const auto& quality : {Quality::exact(), moving}) {
+            auto plan = render::makeFramePlan(scene, quality);
+            expectTheSame(plan, small_);
+            expectTheSame(plan, plan);
+            EXPECT_GT(turns_, 3);
+        }
+    }
+}
+
+TEST_F(CpuTurns, PointsThatAreColoredByTheirValueToo) {
+    for (const char* name : {"haloOnly", "twoLayers", "discs"}) {
+        for (const bool nearest : {false, true}) {
+            SCOPED_TRACE(name);
+            auto plan = render::makeFramePlan(makeScene(name), Quality::exact());
+            colorByValue(plan, nearest);
+            expectTheSame(plan, small_);
+            EXPECT_GT(turns_, 5);
+        }
+    }
+}
+
+TEST_F(CpuTurns, AndStrokes) {
+    auto plan = render::makeFramePlan(makeScene("unlinked"), Quality::exact());
+    addStrokes(plan, strokesFor(plan, 11), 0.0, 100.0);
+    expectTheSame(plan, small_);
+    EXPECT_GT(turns_, 9);
+}
+
+TEST_F(CpuTurns, WhatIsGivenUpAnywhereLeavesNoTrace) {
+    const auto plan = render::makeFramePlan(makeScene("dotPlane"), Quality::exact());
+    const auto expected = drawnAtOnce(plan);
+    drawnInTurns(plan, small_);
+    for (int turns = 0, all = turns_; turns < all; turns += 1 + all / 12) {
+        const auto begun = device_.begin(plan, PixelFormat::srgb8, std::stop_token());
+        for (int i = 0; i < turns; ++i) begun->advance(others_.get_token());
+        begun->giveUp();
+        EXPECT_TRUE(drawnAtOnce(plan).pixels == expected.pixels) << "given up after " << turns << " turns";
+    }
+}
+
+TEST_F(CpuTurns, WhatWaitsMayOutliveItsDevice) {
+    const auto plan = render::makeFramePlan(makeScene("dotPlane"), Quality::exact());
+    std::unique_ptr<render::UnfinishedPicture> left;
+    {
+        render::CpuDevice device({.threads = 2, .leastTurn = none});
+        left = device.begin(plan, PixelFormat::srgb8, std::stop_token());
+        EXPECT_FALSE(left->advance(others_.get_token()));
+        EXPECT_FALSE(left->advance(others_.get_token()));
+    }
+    left.reset();
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace mote::test {
 /// The names of all devices that this version has.
 std::vector<std::string> deviceKinds();
 
-/// Throws DeviceError where it does not work here.
+/// Throws DeviceError if it does not work here.
 std::unique_ptr<render::Device> deviceOf(const std::string& kind);
 
 /// The 8-bit picture of a scene, not stopped. Throws std::runtime_error where it is stopped nevertheless or

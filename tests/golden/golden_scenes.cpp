@@ -2,19 +2,313 @@
 #include "tests/golden/golden_scenes.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/vec4.hpp>
+#include <limits>
 #include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "protocol/scene/plot_density.h"
-#include "tests/golden/golden_colors.h"
-#include "tests/golden/golden_dots.h"
-#include "tests/golden/golden_hybrids.h"
+#include "protocol/scene/view.h"
+#include "server/render/layers/scene.h"
+#include "server/render/plan/dot.h"
+#include "storage/numbers/point_places.h"
 #include "tests/support/beams.h"
 #include "tests/support/generated_mesh.h"
+#include "tests/support/hybrid_scene.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
 
 namespace mote::test {
 namespace {
+
+std::shared_ptr<const MemoryStep> wideBeam() {
+    BeamShape shape{.core = 60000, .halo = 20000, .filaments = 8000};
+    shape.coreSigma = 0.12;
+    shape.seed = 12;
+    return MemoryStep::make(beam(shape), {.leafCapacity = 64, .maxLevel = 8, .volumeLevel = 5});
+}
+
+/// A ball without volume, most of which lies before the middle of the box.
+std::shared_ptr<const MemoryStep> ball() {
+    BeamShape shape{.core = 20000, .halo = 0, .filaments = 0};
+    shape.coreSigma = 0.08;
+    shape.seed = 13;
+    return MemoryStep::make(beam(shape), {.leafCapacity = 64, .maxLevel = 8, .volumeLevel = 5});
+}
+
+/// By value of a place in layer space; NaN: none.
+using ValueAt = std::function<double(const glm::dvec3&)>;
+
+std::shared_ptr<const render::PointValues> valuesOf(const MemoryStep& step, const ValueAt& at) {
+    const storage::LeafWalk walk(step);
+    auto values = std::make_shared<render::PointValues>();
+    for (std::uint64_t point = 0; point < step.pointCount(); ++point) {
+        const auto place = walk.cell(walk.leafOf(point)).at(step.positions(point, 1).front());
+        values->codes.push_back(render::codeOf(at(place), {0.0, 1.0}));
+        values->complete = values->complete && values->codes.back() != render::noValue;
+    }
+    return values;
+}
+
+double waves(const glm::dvec3& at) {
+    return 0.5 + 0.5 * std::sin(9.0 * at.x + 4.0 * at.y);
+}
+
+/// In a part of the core whole leaves have no value, and elsewhere some points of a leaf.
+double wavesWithHoles(const glm::dvec3& at) {
+    if (glm::length(at - glm::dvec3(0.25, 0.2, 0.4)) < 0.3) return std::nan("");
+    if (at.z < 0.0 && std::fmod(std::abs(at.x) * 1e4, 1.0) < 0.3) return std::nan("");
+    return waves(at);
+}
+
+/// Turns that come nearer and cross each other.
+std::shared_ptr<const render::PointPaths> spirals() {
+    auto paths = std::make_shared<render::PointPaths>();
+    for (const double phase : {0.0, 1.5, 3.0}) {
+        paths->begin.push_back(static_cast<std::uint32_t>(paths->places.size()));
+        for (int i = 0; i <= 60; ++i) {
+            const double turn = phase + 0.2 * i;
+            paths->places.emplace_back(0.4 * std::cos(turn), 0.5 * std::sin(1.3 * turn), 0.8 - 0.025 * i);
+        }
+    }
+    paths->begin.push_back(static_cast<std::uint32_t>(paths->places.size()));
+    return paths;
+}
+
+const char* const mean = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]},
+  'layers': [{'colorBy': {'column': 'value'}, 'particles': {
+    'volume': {'curve': [{'density': 0.2, 'opacity': 0}, {'density': 0.8, 'opacity': 0.25}]},
+    'points': {'opacity': 0.3}}}]})";
+
+const char* const opaque = R"({
+  'width': 320, 'height': 180, 'background': [1, 1, 1],
+  'camera': {'eye': [-1.1, 0.9, 1.8], 'target': [0, 0, 0]},
+  'layers': [{'colorBy': {'column': 'value', 'colorMap': 'turbo'}, 'particles': {
+    'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},
+    'points': {'opacity': 1, 'sizePixels': 2.5}}}]})";
+
+const char* const marks = R"({
+  'width': 320, 'height': 180, 'background': [0.1, 0.1, 0.3],
+  'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]},
+  'layers': [{'highlight': {'selection': {}, 'sizePixels': 2, 'opacity': 0.8},
+    'paths': {'ids': [1], 'width': 2.5, 'color': [1, 0.9, 0.2]},
+    'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0}]}, 'points': {'opacity': 0.5}}}]})";
+
+}  // namespace
+
+const std::vector<GoldenScene>& goldenColors() {
+    static const std::vector<GoldenScene> all{
+        {"coloredMean", 0.2, 0.1, 0.03},
+        {"coloredWithHoles", 0.2, 0.1, 0.03},
+        // Which of two points of nearly one depth is the nearest hangs on rounding.
+        {"coloredOpaque", 0.2, 0.05, 0.05, {50.0, 0.999, 32}},
+        {"marks", 0.15, 0.0, 0.0},
+    };
+    return all;
+}
+
+namespace {
+
+/// Nothing: there is no such scene.
+std::optional<render::Scene> makeColoredScene(const std::string& name) {
+    struct Recipe {
+        const char* view;
+        ValueAt values;
+    };
+    static const std::map<std::string, Recipe> all{{"coloredMean", {mean, waves}},
+                                                   {"coloredWithHoles", {mean, wavesWithHoles}},
+                                                   {"coloredOpaque", {opaque, waves}},
+                                                   {"marks", {marks, {}}}};
+    const auto found = all.find(name);
+    if (found == all.end()) return std::nullopt;
+    render::Scene scene{viewOf(found->second.view), {}};
+    const auto step = found->second.values ? wideBeam() : ball();
+    scene.steps.push_back(step);
+    if (found->second.values) {
+        scene.values.push_back(valuesOf(*step, found->second.values));
+        return scene;
+    }
+    scene.highlights.push_back(step);
+    scene.paths.push_back(spirals());
+    return scene;
+}
+
+// Dots for golden scenes: on a sphere around the beam, on a plane through it, without a depth. Pure
+// functions.
+
+using DotsOf = std::shared_ptr<const render::Dots> (*)(const View&);
+
+using render::Dot;
+using render::Dots;
+
+/// Turns by the golden angle fill a circle or a sphere evenly.
+const double goldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+
+/// A dot at a place in the world (camera.h).
+Dot dotAt(const View& view, const glm::dvec3& place) {
+    const glm::dvec4 eye = view.camera.worldToEye() * glm::dvec4(place, 1.0);
+    Dot dot{.depth = -eye.z};
+    const double half = view.camera.halfHeight() * (view.camera.perspective() ? dot.depth : 1.0);
+    dot.x = static_cast<float>(0.5 * view.width + 0.5 * view.height * eye.x / half);
+    dot.y = static_cast<float>(0.5 * view.height * (1.0 - eye.y / half));
+    return dot;
+}
+
+std::shared_ptr<const Dots> dotsAround(const View& view) {
+    constexpr int count = 1500;
+    auto dots = std::make_shared<Dots>();
+    for (int i = 0; i < count; ++i) {
+        const double z = 1.0 - (2.0 * i + 1.0) / count;
+        const double r = std::sqrt(1.0 - z * z);
+        const glm::dvec3 unit(r * std::cos(goldenAngle * i), r * std::sin(goldenAngle * i), z);
+        Dot dot = dotAt(view, 0.6 * unit);
+        dot.radius = 1.4F;
+        dot.color = {0.5F, 0.9F, 0.6F};
+        dots->push_back(dot);
+    }
+    return dots;
+}
+
+std::shared_ptr<const Dots> dotsThrough(const View& view) {
+    constexpr int count = 2500;
+    auto dots = std::make_shared<Dots>();
+    for (int i = 0; i < count; ++i) {
+        const double r = 0.8 * std::sqrt((i + 0.5) / count);
+        const double x = r * std::cos(goldenAngle * i), y = r * std::sin(goldenAngle * i);
+        Dot dot = dotAt(view, {x, y, 0.5 * x - 0.3 * y});
+        dot.radius = 0.2F + 0.04F * static_cast<float>(i % 97);
+        dot.opacity = 0.1F + 0.9F * static_cast<float>(i % 31) / 30.0F;
+        dot.color = {static_cast<float>(i % 7) / 6.0F, static_cast<float>(i % 5) / 4.0F, 0.8F};
+        dots->push_back(dot);
+    }
+    return dots;
+}
+
+std::shared_ptr<const Dots> dotsWithoutDepth(const View& view) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    constexpr int count = 600;
+    auto dots = std::make_shared<Dots>();
+    for (int i = 0; i < count; ++i) {
+        const double r = 0.6 * view.height * std::sqrt((i + 0.5) / count);
+        Dot dot;
+        dot.x = static_cast<float>(0.5 * view.width + r * std::cos(goldenAngle * i));
+        dot.y = static_cast<float>(0.5 * view.height + r * std::sin(goldenAngle * i));
+        dot.depth = i % 9 == 0 ? 2.5 : i % 3 == 0 ? -infinite : infinite;
+        dot.radius = i % 3 == 0 ? 1.0F : 4.0F;
+        dot.opacity = 0.8F;
+        dot.color = i % 3 == 0 ? glm::vec3(1.0F, 0.2F, 0.1F) : glm::vec3(0.1F, 0.2F, 0.7F);
+        dots->push_back(dot);
+    }
+    return dots;
+}
+
+// The golden scenes of hybrid volumes, part of golden_scenes.h. Pure functions.
+
+/// Uneven voxels, a box that is turned and not at the origin: about 60 x 50 x 56 units.
+glm::dmat4 turnedBox() {
+    const glm::dmat4 place = glm::translate(glm::dmat4(1.0), glm::dvec3(10.0, -5.0, 20.0));
+    const glm::dmat4 turned = glm::rotate(place, 0.4, glm::normalize(glm::dvec3(0.2, 1.0, 0.1)));
+    return glm::translate(glm::scale(turned, glm::dvec3(60.0, 50.0, 56.0)), glm::dvec3(-0.5));
+}
+
+/// Parts that the coarse grid of 12^3 blurs; 2 to 202 in the source's unit.
+std::shared_ptr<const render::GridField> machine(HybridRepresentation parts) {
+    const HybridShape shape{.source = {48, 40, 28},
+                            .low = {12, 10, 7},
+                            .boxToLayer = turnedBox(),
+                            .range = {2.0, 202.0},
+                            .threshold = 12.0,
+                            .parts = parts};
+    return hybridOf(shape, [](const glm::dvec3& at) { return 2.0 + 200.0 * machineParts(at); });
+}
+
+// Glass around metal.
+const std::string curve = R"('curve': [{'value': 45, 'opacity': 0}, {'value': 60, 'opacity': 0.02},
+    {'value': 100, 'opacity': 0.02}, {'value': 130, 'opacity': 0.25}, {'value': 202, 'opacity': 0.6}])";
+const std::string camera = "'camera': {'eye': [60, 40, 120], 'target': [10, -5, 20], 'fovYDegrees': 32}";
+
+std::string hybridView(const std::string& style, const std::string& size = "'width': 240, 'height': 180") {
+    return "{" + size + ", " + camera + ", 'layers': [{'hybrid': {" + style + ", " + curve + "}}]}";
+}
+
+const std::string cuts = R"('representation': 'residual', 'colorMap': 'viridis',
+    'clipPlanes': [{'normal': [-1, 0.2, -0.5], 'distance': -19}], 'clipBox': {'min': [-20, -28, -9], 'max': [33, 14, 60]})";
+
+// The beam passes through the machine; its points and volume lie within the hybrid one.
+const std::string withBeam = R"({'width': 240, 'height': 180, )" + camera + R"(, 'layers': [
+    {'hybrid': {'representation': 'points', 'pointShape': 'disc', )" +
+                             curve + R"(}},
+    {'transform': [25, 0, 0, 10,  0, 25, 5, -5,  0, 0, 30, 20,  0, 0, 0, 1], 'particles': {
+      'volume': {'colorMap': 'viridis', 'curve': [{'density': 0.2, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},
+      'points': {'opacity': 0.8}}}]})";
+
+const std::map<std::string, std::string>& views() {
+    static const std::map<std::string, std::string> all{
+        {"hybridVolume", hybridView("'representation': 'volume'")},
+        {"hybridResidual", hybridView("'representation': 'residual'")},
+        {"hybridSquares", hybridView("'representation': 'points', 'pointShape': 'square'")},
+        {"hybridDiscs", hybridView("'representation': 'points', 'pointShape': 'disc'")},
+        {"hybridGaussians", hybridView("'representation': 'points', 'pointShape': 'gaussian'")},
+        {"hybridSmall",
+         hybridView("'representation': 'points', 'pointOpacity': 0.7", "'width': 56, 'height': 42")},
+        {"hybridCut", hybridView(cuts)},
+        {"hybridUnlit", hybridView("'representation': 'residual', 'light': {'ambient': 1, 'diffuse': 0, "
+                                   "'specular': 0}")},
+        {"hybridWithBeam", withBeam},
+    };
+    return all;
+}
+
+std::shared_ptr<const MemoryStep> beamInside() {
+    const BeamShape shape{.core = 20000, .halo = 4000, .filaments = 2000};
+    return MemoryStep::make(beam(shape), {.leafCapacity = 64, .maxLevel = 8, .volumeLevel = 5});
+}
+
+}  // namespace
+
+const std::vector<GoldenScene>& goldenHybrids() {
+    // The shares are about two thirds of what the scenes show.
+    static const std::vector<GoldenScene> all{
+        // Light bends within the cells of the coarse grid, which are a dozen pixels large here.
+        {"hybridVolume", 0.1, 0.0, 0.0, {50.0, 0.995, 12}},
+        {"hybridResidual", 0.2, 0.0, 0.1},
+        // A face an eighth of a cell thick is found to within the shortest segment, a tenth of a cell.
+        {"hybridSquares", 0.2, 0.0, 0.05, {50.0, 0.99, 32}},
+        {"hybridDiscs", 0.2, 0.0, 0.05, {50.0, 0.997, 26}},
+        {"hybridGaussians", 0.2, 0.0, 0.05},
+        {"hybridSmall", 0.2, 0.0, 0.05},
+        {"hybridCut", 0.1, 0.0, 0.05},
+        {"hybridUnlit", 0.2, 0.0, 0.1},
+        // On egl, points of the beam that share a pixel and a slab are mixed with the volume there.
+        {"hybridWithBeam", 0.2, 0.0, 0.03, {45.0, 0.998, 12}},
+    };
+    return all;
+}
+
+namespace {
+
+/// Throws std::invalid_argument if there is none of this name.
+render::Scene makeHybridScene(const std::string& name) {
+    const auto found = views().find(name);
+    if (found == views().end()) throw std::invalid_argument("no golden scene is called " + name);
+    render::Scene scene{viewOf(found->second), {}};
+    for (const auto& layer : scene.view.layers) {
+        const bool hybrid = layer.hybrid() != nullptr;
+        scene.hybrids.push_back(hybrid ? machine(hybridStyleOf(*layer.hybrid()).representation) : nullptr);
+        scene.steps.push_back(hybrid ? nullptr : beamInside());
+    }
+    return scene;
+}
 
 std::shared_ptr<const MemoryStep> denseBeam() {
     const BeamShape shape{.core = 80000, .halo = 8000, .filaments = 4000};

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 
-#include "tests/golden/golden_files.h"
+#include "tests/golden/comparison.h"
 #include "tests/golden/golden_scenes.h"
 #include "tests/reference/reference_renderer.h"
 

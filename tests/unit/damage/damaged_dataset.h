@@ -7,16 +7,46 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
-#include "tests/unit/damage/dataset_asker.h"
 #include "tests/unit/damage/sample_datasets.h"
 
 namespace mote::test {
+
+// Whole files as strings. Plain functions.
+
+/// Of a file that is not there: nothing.
+std::string bytesOfFile(const std::filesystem::path& path);
+
+/// Writes anew what lies there, or what does not.
+void writeFile(const std::filesystem::path& path, std::string_view bytes);
+
+// A DatasetAsker asks of a sample dataset what clients ask the server: small pictures, by the server's own
+// way from a view to pixels, and numbers. All is opened anew for each question. One thread.
+
+class DatasetAsker {
+  public:
+    /// `folder` has "sample.mote" and its companions.
+    DatasetAsker(const SampleDataset& sample, const std::filesystem::path& folder);
+    ~DatasetAsker();
+    DatasetAsker(const DatasetAsker&) = delete;
+    DatasetAsker& operator=(const DatasetAsker&) = delete;
+
+    std::size_t questions() const;
+    /// How it is asked is left to `random`: with a bound on memory or without, for a view at rest or in
+    /// motion. Throws storage::StorageError, as what is damaged does, and nothing else.
+    void ask(std::size_t question, Random& random);
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
 
 using DatasetFiles = std::map<std::string, std::string>;  ///< by name: their bytes
 

@@ -22,9 +22,9 @@
 #include "tests/support/any_selection.h"
 #include "tests/support/temp_dir.h"
 #include "tests/support/view_text.h"
-#include "tests/unit/damage/file_bytes.h"
+#include "tests/unit/damage/damaged_dataset.h"
 #include "tests/unit/damage/rewritten_file.h"
-#include "tests/unit/damage/written_run.h"
+#include "tests/unit/damage/sample_datasets.h"
 
 namespace mote::test {
 namespace {

@@ -3,14 +3,19 @@
 // Which edges are lines and what is seen of them, compared with a plain trial of all triangles in eye space,
 // place by place.
 #include <gtest/gtest.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
+#include "server/render/ink/choose_lines.h"
+#include "server/render/ink/complexity.h"
+#include "server/render/ink/tone_grid.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
 #include "tests/support/generated_mesh.h"
+#include "tests/support/random.h"
 #include "tests/unit/ink/ink_views.h"
 
 namespace mote::render {
@@ -220,6 +225,374 @@ TEST(VisibleLines, ARequestToStopIsHeard) {
     EXPECT_FALSE(edges.empty());
     EXPECT_TRUE(visible(*surface, view, edges, {.sampling = 0.5}, source.get_token()).empty());
     EXPECT_TRUE(chained(*surface, view, edges, 1.0, source.get_token()).empty());
+}
+
+// What surroundings keep away of the ambient light, against closed forms.
+
+constexpr std::uint32_t occlusionSide = 96;
+
+/// Rectangles, each by a corner and its sides.
+struct Rectangle {
+    glm::vec3 corner, right, up;
+};
+
+MeshSurface surfaceOf(const std::vector<Rectangle>& rectangles) {
+    storage::SurfaceMesh mesh;
+    Bounds bounds{glm::dvec3(HUGE_VAL), glm::dvec3(-HUGE_VAL)};
+    for (const auto& [corner, right, up] : rectangles) {
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        const glm::vec3 normal = glm::normalize(glm::cross(right, up));
+        for (const auto& at : {corner, corner + right, corner + right + up, corner + up}) {
+            mesh.positions.push_back(at);
+            mesh.normals.push_back(normal);
+            bounds = bounds.united({glm::dvec3(at), glm::dvec3(at)});
+        }
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+    mesh.edges = test::edgesOf(mesh);
+    return {std::move(mesh), bounds};
+}
+
+/// Grey under ambient light alone, seen from above.
+Raster<float> greyOf(const MeshSurface& surface, double height, double occlusion) {
+    Camera camera;
+    camera.eye = {0.0, 0.0, 50.0};
+    camera.target = glm::dvec3(0.0);
+    camera.up = {0.0, 1.0, 0.0};
+    camera.orthographicHeight = height;
+    auto style = test::usualInk();
+    style.light.ambient = 1.0;
+    style.light.diffuse = 0.0;
+    style.occlusion = occlusion;
+    return modalitiesOf(surface, glm::dmat4(1.0), style, test::planOf(camera, occlusionSide, occlusionSide),
+                        {})
+        .modalities.grey;
+}
+
+const Rectangle floor{{-10.0F, -10.0F, 0.0F}, {20.0F, 0.0F, 0.0F}, {0.0F, 20.0F, 0.0F}};
+
+TEST(AmbientOcclusion, NothingKeepsLightFromAPlain) {
+    for (const float value : greyOf(surfaceOf({floor}), 8.0, 1.0).values) EXPECT_EQ(value, 1.0F);
+}
+
+TEST(AmbientOcclusion, AWallKeepsAwayWhatItCoversOfTheSky) {
+    // Along x at y = 0, as high as 1: at the distance d it covers (1 - cos(atan(1 / d))) / 2 of the light.
+    const Rectangle wall{{-10.0F, 0.0F, 0.0F}, {20.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 1.0F}};
+    const auto surface = surfaceOf({floor, wall});
+    for (const double occlusion : {1.0, 0.5}) {
+        const auto grey = greyOf(surface, 8.0, occlusion);
+        for (const double distance : {0.3, 0.6, 1.0, 2.0}) {
+            const auto row = static_cast<std::uint32_t>(occlusionSide / 2 - distance / 8.0 * occlusionSide);
+            const double there = (occlusionSide / 2 - row - 0.5) * 8.0 / occlusionSide;
+            double mean = 0.0;
+            for (std::uint32_t column = 16; column < occlusionSide - 16; ++column)
+                mean += static_cast<double>(grey.at(column, row)) / (occlusionSide - 32);
+            const double closed = 0.5 * (1.0 - std::cos(std::atan(1.0 / there)));
+            EXPECT_NEAR(mean, 1.0 - occlusion * closed, 0.03) << "at " << there;
+        }
+    }
+}
+
+TEST(AmbientOcclusion, WhatIsFarAwayKeepsNothing) {
+    // A ceiling that begins beside the picture: rays end before they reach it.
+    const Rectangle ceiling{{-10.0F, 5.0F, 9.0F}, {20.0F, 0.0F, 0.0F}, {0.0F, 5.0F, 0.0F}};
+    for (const float value : greyOf(surfaceOf({floor, ceiling}), 4.0, 1.0).values) EXPECT_EQ(value, 1.0F);
+}
+
+TEST(AmbientOcclusion, TheShareThatItHasCounts) {
+    const Rectangle wall{{-10.0F, 0.0F, 0.0F}, {20.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 1.0F}};
+    const auto surface = surfaceOf({floor, wall});
+    const auto none = greyOf(surface, 8.0, 0.0), half = greyOf(surface, 8.0, 0.5),
+               all = greyOf(surface, 8.0, 1.0);
+    for (std::size_t i = 0; i < none.values.size(); ++i) {
+        EXPECT_EQ(none.values[i], 1.0F);
+        EXPECT_NEAR(half.values[i], 0.5F * (none.values[i] + all.values[i]), 1e-5F);
+    }
+}
+
+// Lines of pictures in motion, against those of pictures at rest.
+
+constexpr std::uint32_t quickSide = 240;
+
+struct Seen {
+    Modalities modalities;
+    std::vector<InkLine> quick, exact;
+};
+
+Seen seenOf(const MeshSurface& surface, const Camera& camera) {
+    auto plan = test::planOf(camera, quickSide, quickSide);
+    const LineView view(plan, glm::dmat4(1.0));
+    const auto edges = linesOf(surface, view, 60.0, {});
+    const auto still = modalitiesOf(surface, glm::dmat4(1.0), test::usualInk(), plan, {});
+    const auto pieces = visible(surface, view, edges, {.sampling = 0.35}, {});
+    plan.exact = false;
+    auto moving = modalitiesOf(surface, glm::dmat4(1.0), test::usualInk(), plan, {});
+    Seen seen{std::move(moving.modalities), {}, {}};
+    seen.quick = quickLines(surface, view, edges, seen.modalities, {});
+    seen.exact = chained(surface, view, pieces, still.modalities.extent, {});
+    return seen;
+}
+
+TEST(QuickLines, LieWhereTheExactOnesDo) {
+    for (const auto form : test::meshForms()) {
+        test::Random random(3);
+        const auto surface = test::meshOf(std::string(form), 1, 200);
+        double off = 0.0, all = 0.0;
+        for (int i = 0; i < 4; ++i) {
+            Camera camera;
+            const Bounds& bounds = surface->bounds();
+            camera.target = bounds.center();
+            camera.eye = camera.target + 2.0 * glm::length(bounds.size()) * random.direction();
+            camera.up = random.direction();
+            camera.fovYDegrees = 35.0;
+            const auto seen = seenOf(*surface, camera);
+            const auto quick = blurred(coverOf(seen.quick, quickSide, quickSide, 1.2), 3.0);
+            const auto exact = blurred(coverOf(seen.exact, quickSide, quickSide, 1.2), 3.0);
+            for (std::size_t k = 0; k < quick.values.size(); ++k) {
+                off += static_cast<double>(std::abs(quick.values[k] - exact.values[k]));
+                all += static_cast<double>(exact.values[k]);
+            }
+        }
+        EXPECT_LT(off, 0.35 * all + 1.0) << form;
+    }
+}
+
+/// Lines everywhere in a square, all alike.
+std::vector<InkLine> crowd(std::size_t count) {
+    test::Random random(5);
+    std::vector<InkLine> lines;
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::dvec2 at(random.between(4.0, quickSide - 4.0), random.between(4.0, quickSide - 4.0));
+        const double angle = random.between(0.0, 3.0);
+        const glm::dvec2 way = 3.0 * glm::dvec2(std::cos(angle), std::sin(angle));
+        lines.push_back({LineKind::border,
+                         {{at, 1.0, 0.0}, {at + way, 1.0, 0.0}},
+                         static_cast<float>(random.between(0.0, 1.0))});
+    }
+    return lines;
+}
+
+TEST(QuickLines, ACrowdIsThinnedOutToTheTone) {
+    const auto lines = crowd(20000);
+    const ToneCells cells(quickSide, quickSide, 6.0);
+    for (const float tone : {0.1F, 0.3F, 0.5F}) {
+        const ToneGrid target(cells.columns, cells.rows, tone);
+        const auto chosen =
+            chooseLines(lines, test::usualInk().silhouettes, {cells, target, 1.0, 12.0, true}, {});
+        EXPECT_EQ(chosen.lines.size() + chosen.left.size(), lines.size());
+        double mean = 0.0, count = 0.0;
+        for (std::uint32_t row = cells.rows / 4; row < 3 * cells.rows / 4; ++row) {
+            for (std::uint32_t column = cells.columns / 4; column < 3 * cells.columns / 4; ++column) {
+                mean += 1.0 - std::exp(-static_cast<double>(chosen.density.at(column, row)));
+                count += 1.0;
+            }
+        }
+        EXPECT_NEAR(mean / count, tone, 0.03);
+    }
+}
+
+TEST(QuickLines, LinesThatAreDrawnStayAsItGrowsDarker) {
+    const auto lines = crowd(5000);
+    const ToneCells cells(quickSide, quickSide, 6.0);
+    std::set<std::pair<double, double>> before;
+    for (const float tone : {0.05F, 0.1F, 0.2F}) {
+        const ToneGrid target(cells.columns, cells.rows, tone);
+        std::set<std::pair<double, double>> drawn;
+        for (const auto& line :
+             chooseLines(lines, test::usualInk().silhouettes, {cells, target, 1.0, 12.0, true}, {}).lines)
+            drawn.emplace(line.points[0].at.x, line.points[0].at.y);
+        EXPECT_TRUE(std::includes(drawn.begin(), drawn.end(), before.begin(), before.end()));
+        EXPECT_GT(drawn.size(), before.size());
+        before = drawn;
+    }
+}
+
+// The choice of lines: the tone that is drawn, blurred by a plain Gaussian, meets its target; what must be
+// drawn is; the order of lines does not matter.
+
+constexpr std::uint32_t targetColumns = 192, targetRows = 144;
+constexpr double targetReading = 6.0, lineWidth = 1.2;
+
+/// Straight, of points some pixels apart, each with a step of its own of at most `most`.
+InkLine anyLine(test::Random& random, double most) {
+    InkLine line;
+    const glm::dvec2 from(random.between(-20.0, targetColumns + 20.0),
+                          random.between(-20.0, targetRows + 20.0));
+    const double angle = random.between(0.0, 6.3);
+    const auto count = 8 + random.below(20);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const glm::dvec2 at =
+            from + 5.0 * static_cast<double>(i) * glm::dvec2(std::cos(angle), std::sin(angle));
+        line.points.push_back({at, 1.0, most * random.unit()});
+    }
+    return line;
+}
+
+std::vector<InkLine> manyLines(test::Random& random, std::size_t count, double most) {
+    std::vector<InkLine> lines;
+    while (lines.size() < count) lines.push_back(anyLine(random, most));
+    return lines;
+}
+
+struct Target {
+    ToneCells cells{targetColumns, targetRows, targetReading};
+    ToneGrid grid;
+
+    explicit Target(double tone) : grid(cells.columns, cells.rows, static_cast<float>(tone)) {}
+    ChosenLines chosen(const std::vector<InkLine>& lines, const SilhouetteStyle& style) const {
+        return chooseLines(lines, style, {cells, grid, lineWidth, 2.0 * targetReading}, {});
+    }
+};
+
+/// By a Gaussian as it stands in books.
+Raster<double> plainlyBlurred(const Raster<double>& picture, double deviation) {
+    const int reach = static_cast<int>(4.0 * deviation);
+    Raster<double> across(picture.width, picture.height), made = across;
+    const auto pass = [&](const Raster<double>& from, Raster<double>& to, bool sideways) {
+        for (std::uint32_t row = 0; row < from.height; ++row) {
+            for (std::uint32_t column = 0; column < from.width; ++column) {
+                double sum = 0.0, weights = 0.0;
+                for (int i = -reach; i <= reach; ++i) {
+                    const double weight = std::exp(-0.5 * i * i / (deviation * deviation));
+                    sum += weight * from.near(column + (sideways ? i : 0), row + (sideways ? 0 : i));
+                    weights += weight;
+                }
+                to.at(column, row) = sum / weights;
+            }
+        }
+    };
+    pass(picture, across, true);
+    pass(across, made, false);
+    return made;
+}
+
+/// The mean of what the blurred tone is off.
+double errorOf(const std::vector<InkLine>& lines, double tone) {
+    Strokes strokes;
+    for (const auto& line : lines) {
+        std::vector<glm::dvec2> places;
+        for (const auto& point : line.points) places.push_back(point.at);
+        test::addStroke(strokes, places, lineWidth);
+    }
+    auto off = plainlyBlurred(test::coverOf(strokes, targetColumns, targetRows), targetReading);
+    for (auto& value : off.values) value = std::abs(value - tone);
+    return test::meanOf(off, 0);
+}
+
+using Way = std::array<double, 4>;
+
+std::vector<Way> waysOf(const std::vector<InkLine>& lines) {
+    std::vector<Way> ways;
+    for (const auto& line : lines) {
+        for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+            const auto &a = line.points[i].at, &b = line.points[i + 1].at;
+            ways.push_back({a.x, a.y, b.x, b.y});
+        }
+    }
+    std::sort(ways.begin(), ways.end());
+    return ways;
+}
+
+TEST(ChooseLines, AdjustedMeetsTheTarget) {
+    test::Random random(8);
+    for (const double tone : {0.1, 0.25, 0.45}) {
+        const auto lines = manyLines(random, 900, 1.0);
+        const Target target(tone);
+        auto style = test::usualInk().silhouettes;
+        style.mode = SilhouetteMode::all;
+        const double all = errorOf(target.chosen(lines, style).lines, tone);
+        style.mode = SilhouetteMode::adjusted;
+        const double adjusted = errorOf(target.chosen(lines, style).lines, tone);
+        EXPECT_GT(all, 0.25) << tone;
+        EXPECT_LT(adjusted, 0.06) << tone;
+    }
+}
+
+TEST(ChooseLines, WhereLinesAreNotTooDarkAllAreDrawn) {
+    test::Random random(9);
+    const auto lines = manyLines(random, 30, 1.0);
+    EXPECT_EQ(waysOf(Target(0.8).chosen(lines, test::usualInk().silhouettes).lines), waysOf(lines));
+}
+
+TEST(ChooseLines, ImportantDrawsThoseAboveAndNoneNothing) {
+    test::Random random(10);
+    const auto lines = manyLines(random, 200, 1.0);
+    const double threshold = 0.5;
+    // Pieces as long as a target says, or what is left at a line's end: of the mean step.
+    std::vector<InkLine> above;
+    for (const auto& line : lines) {
+        for (std::size_t begin = 0; begin + 1 < line.points.size();) {
+            const std::size_t end = std::min(begin + 3, line.points.size() - 1);
+            double steps = 0.0;
+            for (std::size_t i = begin; i < end; ++i) steps += line.points[i].step;
+            if (steps > threshold * static_cast<double>(end - begin))
+                above.push_back({line.kind,
+                                 {line.points.begin() + static_cast<std::ptrdiff_t>(begin),
+                                  line.points.begin() + static_cast<std::ptrdiff_t>(end) + 1}});
+            begin = end;
+        }
+    }
+    const Target target(0.05);
+    auto style = test::usualInk().silhouettes;
+    style.mode = SilhouetteMode::important;
+    style.importance = threshold;
+    const auto important = waysOf(target.chosen(lines, style).lines);
+    EXPECT_EQ(important, waysOf(above));
+    EXPECT_LT(important.size(), waysOf(lines).size());
+
+    style.mode = SilhouetteMode::adjusted;
+    const auto adjusted = waysOf(target.chosen(lines, style).lines);
+    EXPECT_TRUE(std::includes(adjusted.begin(), adjusted.end(), important.begin(), important.end()));
+
+    style.mode = SilhouetteMode::none;
+    const auto none = target.chosen(lines, style);
+    EXPECT_TRUE(none.lines.empty());
+    EXPECT_EQ(none.density, ToneGrid(target.cells.columns, target.cells.rows));
+}
+
+TEST(ChooseLines, TheOrderOfLinesDoesNotMatter) {
+    test::Random random(11);
+    auto lines = manyLines(random, 300, 1.0);
+    const Target target(0.2);
+    const auto before = waysOf(target.chosen(lines, test::usualInk().silhouettes).lines);
+    for (std::size_t i = lines.size() - 1; i > 0; --i) std::swap(lines[i], lines[random.below(i + 1)]);
+    EXPECT_EQ(waysOf(target.chosen(lines, test::usualInk().silhouettes).lines), before);
+    EXPECT_LT(before.size(), waysOf(lines).size());
+}
+
+TEST(ChooseLines, DensityIsThatOfWhatIsDrawn) {
+    test::Random random(12);
+    const auto lines = manyLines(random, 300, 1.0);
+    const Target target(0.2);
+    const auto chosen = target.chosen(lines, test::usualInk().silhouettes);
+    const auto again = densityOf(chosen.lines, target.cells, lineWidth);
+    double most = 0.0;
+    // What is blurred beyond a side comes back in one of them.
+    for (std::uint32_t row = 12; row + 12 < again.height; ++row) {
+        for (std::uint32_t column = 12; column + 12 < again.width; ++column)
+            most = std::max(most,
+                            std::abs(double(again.at(column, row)) - double(chosen.density.at(column, row))));
+    }
+    EXPECT_LT(most, 1e-4);
+}
+
+TEST(ChooseLines, ExtremesDoNoHarm) {
+    test::Random random(13);
+    auto lines = manyLines(random, 20, 1.0);
+    lines.push_back({LineKind::crease, {{{3.0, 3.0}}, {{3.0, 3.0}}}});
+    lines.push_back({LineKind::crease, {{{-1e9, 3.0}}, {{1e9, 4.0}}}});
+    for (const double size : {1.0, 6.0, 256.0}) {
+        const ToneCells cells(64, 48, size);
+        for (const float tone : {0.0F, 1.0F, std::nanf("")}) {
+            const ToneGrid grid(cells.columns, cells.rows, tone);
+            for (const double width : {0.1, 64.0})
+                EXPECT_LE(
+                    chooseLines(lines, test::usualInk().silhouettes, {cells, grid, width, 2.0 * size}, {})
+                        .lines.size(),
+                    500U);
+        }
+    }
 }
 
 }  // namespace

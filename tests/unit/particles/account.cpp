@@ -12,7 +12,6 @@
 #include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"
-#include "tests/unit/particles/load_step.h"
 #include "tests/unit/particles/quiet_progress.h"
 
 namespace mote::test {

@@ -6,8 +6,8 @@
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
 #include "protocol/scene/step_range.h"
-#include "tests/unit/particles/fake_source.h"
-#include "tests/unit/particles/load_step.h"
+#include "tests/unit/particles/account.h"
+#include "tests/unit/particles/job_run.h"
 #include "tests/unit/particles/quiet_progress.h"
 
 namespace mote::prep {
@@ -115,6 +115,8 @@ TEST(JobCheck, NamesTheField) {
             bounds.set_max(greatest);
         });
     };
+    EXPECT_EQ(where([](auto& job) { job.set_bounds_of("step"); }), "accepted");
+    EXPECT_EQ(where([](auto& job) { job.set_bounds_of("bunch"); }), "boundsOf");
     EXPECT_EQ(withBounds("x", 0.0, 1.0), "accepted");
     EXPECT_EQ(withBounds("z", 0.0, 1.0), "bounds[0]");
     EXPECT_EQ(withBounds("x", 1.0, 1.0), "bounds[0]");

@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/particles/octree.h"
-
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <latch>
 #include <numeric>
 #include <random>
 #include <tuple>
+#include <vector>
 
+#include "preprocess/on_threads.h"
 #include "preprocess/particles/cell_plan.h"
+#include "preprocess/particles/octree.h"
+#include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/range_builder.h"
+#include "preprocess/particles/record_store.h"
 #include "storage/particles/octree_check.h"
+#include "storage/verify.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/particles/account.h"
+#include "tests/unit/particles/job_run.h"
 
 namespace mote::prep {
 namespace {
@@ -203,6 +214,210 @@ TEST(DensityVolume, EqualsAPlainHistogram) {
             ASSERT_EQ(volume[i], static_cast<float>(expected[i] * std::pow(8.0, level)));
         }
     }
+}
+
+Error failure() {
+    return {ErrorCode::internal, "", "it failed"};
+}
+
+TEST(TwoStages, TakeTheItemsInTheirOrder) {
+    std::vector<std::size_t> made, taken;
+    const auto status = inTwoStages(
+        100, 2,
+        [&](std::size_t i) {
+            made.push_back(i);
+            return Result<std::size_t>(10 * i);
+        },
+        [&](std::size_t i, std::size_t value) {
+            EXPECT_EQ(value, 10 * i);
+            taken.push_back(i);
+            return success();
+        });
+    EXPECT_TRUE(status.ok());
+    ASSERT_EQ(taken.size(), 100U);
+    EXPECT_TRUE(std::is_sorted(made.begin(), made.end()));
+    EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end()));
+    EXPECT_TRUE(inTwoStages(
+                    0, 2, [](std::size_t) { return Result<int>(failure()); },
+                    [](std::size_t, int) { return Status(failure()); })
+                    .ok());
+}
+
+TEST(TwoStages, TheNextIsMadeWhileOneIsTaken) {
+    std::latch both(2);  // each stage waits for the other: they can only go on together
+    const tbb::global_control two(tbb::global_control::max_allowed_parallelism, 2);  // also on one core
+    tbb::task_arena arena(2);
+    arena.execute([&] {
+        const auto status = inTwoStages(
+            2, 2,
+            [&](std::size_t i) {
+                if (i == 1) both.arrive_and_wait();
+                return Result<int>(0);
+            },
+            [&](std::size_t i, int) {
+                if (i == 0) both.arrive_and_wait();
+                return success();
+            });
+        EXPECT_TRUE(status.ok());
+    });
+}
+
+TEST(TwoStages, NoMoreAreUnderWayThanAllowed) {
+    for (const std::size_t together : {1U, 2U}) {
+        std::atomic<std::size_t> underWay{0}, most{0};
+        const auto status = inTwoStages(
+            200, together,
+            [&](std::size_t) {
+                most = std::max(most.load(), ++underWay);
+                return Result<int>(0);
+            },
+            [&](std::size_t, int) {
+                --underWay;
+                return success();
+            });
+        EXPECT_TRUE(status.ok());
+        EXPECT_LE(most, together);
+    }
+}
+
+TEST(TwoStages, WhatWasUnderWayAtAnErrorIsNotTaken) {
+    std::latch begun(1);
+    std::vector<std::size_t> taken;
+    const tbb::global_control two(tbb::global_control::max_allowed_parallelism, 2);  // also on one core
+    tbb::task_arena arena(2);
+    arena.execute([&] {
+        const auto status = inTwoStages(
+            3, 2,
+            [&](std::size_t i) {
+                if (i == 1) begun.count_down();
+                return Result<int>(0);
+            },
+            [&](std::size_t i, int) -> Status {
+                taken.push_back(i);
+                begun.wait();
+                return failure();
+            });
+        EXPECT_FALSE(status.ok());
+    });
+    EXPECT_EQ(taken, std::vector<std::size_t>{0});
+}
+
+TEST(TwoStages, TheFirstErrorEndsIt) {
+    for (const bool inFirst : {true, false}) {
+        std::vector<std::size_t> taken;
+        std::size_t made = 0;
+        const auto status = inTwoStages(
+            100, 2,
+            [&](std::size_t i) -> Result<int> {
+                ++made;
+                if (inFirst && i == 7) return failure();
+                return 0;
+            },
+            [&](std::size_t i, int) -> Status {
+                taken.push_back(i);
+                if (!inFirst && i == 7) return failure();
+                return success();
+            });
+        ASSERT_FALSE(status.ok());
+        EXPECT_EQ(status.error().message, "it failed");
+        EXPECT_EQ(taken.size(), inFirst ? 7U : 8U);
+        EXPECT_LE(made, 9U) << "one more may have been under way";
+    }
+}
+
+// The job where its particles do not fit the memory that it may take.
+
+using test::beamStep;
+using test::contentOf;
+using test::entriesOf;
+using test::FakeSource;
+using test::make;
+using test::requestFor;
+using testing::HasSubstr;
+
+constexpr int threads = 2;
+const StepOptions defaults{{defaultLeafCapacity, defaultMaxLevel}, defaultVolumeLevel};
+
+/// So little that particles must lie in a file, and yet enough.
+std::uint64_t littleMemory(std::uint64_t particles) {
+    return planMemory(particles, defaults, std::uint64_t{1} << 40, threads).needed + 1024;
+}
+
+TEST(RecordStore, GivesBackWhatWasWrittenWhereverItLies) {
+    const test::TempDir dir;
+    constexpr std::uint64_t count = 10000;
+    for (const bool inFile : {false, true}) {
+        auto store = inFile ? RecordStore::inFile(dir.path(), count * 8) : RecordStore::inMemory(count * 8);
+        ASSERT_TRUE(store.ok());
+        std::vector<std::uint64_t> values(100);
+        for (std::uint64_t first = 0; first < count; first += 100) {
+            for (std::size_t i = 0; i < 100; ++i) values[i] = 3 * (first + i);
+            ASSERT_TRUE(store->write<std::uint64_t>(first, values).ok());
+        }
+        std::vector<std::uint64_t> buffer;
+        for (const std::uint64_t first : {0UL, 77UL, 9900UL}) {
+            const auto read = store->read(first, 100, buffer);
+            ASSERT_TRUE(read.ok());
+            for (std::size_t i = 0; i < 100; ++i) ASSERT_EQ((*read)[i], 3 * (first + i));
+        }
+        // No name, so nothing that could be left.
+        EXPECT_EQ(entriesOf(dir.path()), 0U);
+        EXPECT_TRUE(store->read(0, 0, buffer)->empty());
+    }
+    EXPECT_EQ(RecordStore::inFile(dir / "nowhere", 8).error().code, ErrorCode::notFound);
+}
+
+TEST(Spill, TheBytesAreThoseOfAJobInMemory) {
+    const test::TempDir dir;
+    auto even = beamStep(50000, 2);
+    even[Column::weight].assign(50000, 0.25);
+    FakeSource source({beamStep(300000, 1), even});
+    ASSERT_TRUE(make(requestFor(), source, dir / "memory.mote", {threads, 0}).ok());
+    const auto spilled = make(requestFor(), source, dir / "file.mote", {threads, littleMemory(300000)});
+    ASSERT_TRUE(spilled.ok()) << spilled.error().toString();
+    EXPECT_TRUE(contentOf(dir / "file.mote") == contentOf(dir / "memory.mote"));
+    EXPECT_TRUE(storage::verifyDataset(dir / "file.mote").empty());
+    test::expectAccounted(dir / "file.mote", requestFor().particles(), source);
+    EXPECT_EQ(entriesOf(dir.path()), 2U);
+}
+
+TEST(Spill, AFullDiskIsOneErrorAndNoDebris) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(20000, 1)});
+    // Of the temporary file; of the step's, which is larger.
+    for (const rlim_t bytes : {100000UL, 500000UL}) {
+        const test::FileSizeLimit limit(bytes);
+        const auto made = make(requestFor(), source, dir / "a.mote", {threads, littleMemory(20000)});
+        ASSERT_FALSE(made.ok());
+        EXPECT_EQ(made.error().code, ErrorCode::resourceExhausted) << made.error().toString();
+        EXPECT_EQ(entriesOf(dir.path()), 0U);
+    }
+}
+
+TEST(Spill, CancelledAnywhereLeavesNoDebris) {
+    const test::TempDir dir;
+    bool done = false;
+    for (long after = 0; !done; ++after) {
+        FakeSource source({beamStep(2000, 1)});
+        test::QuietProgress progress(after);
+        const auto made = runParticlesJob(requestFor(), source, {dir / "fake.h5"}, dir / "a.mote",
+                                          {threads, littleMemory(2000)}, progress);
+        done = made.ok();
+        if (done) continue;
+        EXPECT_EQ(made.error().code, ErrorCode::cancelled);
+        EXPECT_EQ(entriesOf(dir.path()), 0U);
+    }
+}
+
+TEST(Spill, WhatIsNeededIsSaidAndIsEnough) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(20000, 1)});
+    const auto needed = planMemory(20000, defaults, std::uint64_t{1} << 40, threads).needed;
+    const auto refused = make(requestFor(), source, dir / "a.mote", {threads, needed - 1});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::resourceExhausted);
+    EXPECT_THAT(refused.error().message, HasSubstr("needs at least 0.02 GB"));
+    EXPECT_TRUE(make(requestFor(), source, dir / "a.mote", {threads, needed + 1024}).ok());
 }
 
 }  // namespace

@@ -16,7 +16,6 @@
 #include "storage/verify.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/account.h"
-#include "tests/unit/particles/fake_source.h"
 #include "tests/unit/particles/job_run.h"
 #include "tests/unit/particles/quiet_progress.h"
 

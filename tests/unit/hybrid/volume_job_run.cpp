@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/unit/hybrid/reconstruction.h"
+#include "tests/unit/hybrid/volume_job_run.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 
