@@ -9,7 +9,7 @@
 #include "preprocess/look/silent_notes.h"
 #include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/particle_source.h"
-#include "preprocess/readers/run_species.h"
+#include "preprocess/readers/format_detection.h"
 
 namespace mote::prep {
 namespace {

@@ -92,6 +92,15 @@ ColumnCoding codingOf(std::vector<double> sample) {
     const double middle = nearestQuantile(sample, 0.5);
     const bool far = std::abs(middle) > nearestQuantile(sample, 0.99) - nearestQuantile(sample, 0.01);
     sample.erase(std::unique(sample.begin(), sample.end()), sample.end());
+    // Numbers of turns, elements and states stay exact, also those a few times as far as the sample's.
+    if (std::ranges::all_of(sample, [](double value) { return value == std::floor(value); })) {
+        const auto near = [&](double offset) {
+            return std::max(std::abs(sample.front() - offset), std::abs(sample.back() - offset)) <= 0x1p22;
+        };
+        return near(0.0)      ? ColumnCoding{}
+               : near(middle) ? ColumnCoding{middle, false}
+                              : ColumnCoding{0.0, true};
+    }
     const Floats asTheyAre(sample, 0.0);
     if (asTheyAre.exact() || (!far && asTheyAre.fineEnough())) return {};
     if (Floats(sample, middle).fineEnough()) return {middle, false};

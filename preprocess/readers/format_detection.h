@@ -28,4 +28,11 @@ struct ParticleFiles {
 Result<ParticleFiles> detectFormat(const proto::ParticlesJob& job, const std::vector<InputFile>& files,
                                    Progress& progress);
 
+/// The names as ParticlesJob takes them, of all iterations of all files that can be listed, in the order in
+/// which they are met; none of a format without species. Errors: as openParticleSource, of detecting the
+/// format.
+Result<std::vector<std::string>> runSpecies(const proto::ParticlesJob& job,
+                                            const std::vector<std::filesystem::path>& inputs,
+                                            Progress& progress);
+
 }  // namespace mote::prep

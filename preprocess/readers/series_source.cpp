@@ -128,6 +128,13 @@ Result<std::unique_ptr<ParticleSource>> openSeries(std::unique_ptr<SeriesSource>
     for (std::size_t i = 0; i < columnCount; ++i) {
         source->has_[i] = source->hasEverywhere(static_cast<Column>(i));
     }
+    source->records_ = source->recordsEverywhere();
+    if (source->records_.size() > mostRecords) {
+        source->progress_.note("of " + std::to_string(source->records_.size()) +
+                               " columns that are no coordinates the first " + std::to_string(mostRecords) +
+                               " can be named, up to " + source->records_[mostRecords - 1].name);
+        source->records_.resize(mostRecords);
+    }
     return std::unique_ptr<ParticleSource>(std::move(source));
 }
 

@@ -34,6 +34,7 @@ class SeriesSource : public ParticleSource {
     std::string format() const final { return format_; }
     const std::vector<SourceStep>& steps() const final { return steps_; }
     bool has(Column column) const final { return has_[static_cast<std::size_t>(column)]; }
+    std::vector<SourceRecord> records() const final { return records_; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) final;
 
@@ -49,6 +50,13 @@ class SeriesSource : public ParticleSource {
     virtual Status finish() { return success(); }
     /// Whether every step has a column; asked once, after finish().
     virtual bool hasEverywhere(Column column) const = 0;
+    /// The records that every step with particles has, each name once; asked once, after finish(). Those
+    /// beyond mostRecords are left out, with a note.
+    virtual std::vector<SourceRecord> recordsEverywhere() const { return {}; }
+    /// What the run calls a record.
+    const std::string& recordName(Column column) const {
+        return records_[static_cast<std::size_t>(column) - columnCount].name;
+    }
     /// Fills rows [chunk.begin, + chunk.size), which the step has, of columns that the run has; until then
     /// nothing is lost, weights are 1 and ids the rows. The other columns have their size.
     virtual Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) = 0;
@@ -77,6 +85,7 @@ class SeriesSource : public ParticleSource {
 
     std::string format_;
     bool has_[columnCount] = {};
+    std::vector<SourceRecord> records_;
     std::set<std::string> noted_;
     std::optional<Error> firstOdd_;
     std::size_t odd_ = 0;

@@ -209,6 +209,10 @@ class Quantities(Case):
         self.session.prepare_arrays(steps, axes=["z", "pz", "x"], output="data/run.mote", mass=MASS).wait()
         prepare("particles", folder / "run.mote", "--axes", "z,pz,x", "--bounds-of", "step", "--out", folder / "steps.mote")
         prepare("particles", folder / "run.mote", "--axes", "zeta,x,y", "--out", folder / "zeta.mote")
+        of_step = [{"name": axis, "unit": "step"} for axis in ("z", "pz", "x")]  # as requests said before bounds_of
+        self.session.prepare("data/run.mote", axes=["z", "pz", "x"], output="data/before.mote", bounds=of_step).wait()
+        for step in range(6):
+            self.assertEqual(self.session["data/before"].bounds_of(step), self.session["data/steps"].bounds_of(step))
 
         def shares(name, step, of_step):
             """The rms width of the bunch in parts of each axis."""

@@ -45,7 +45,7 @@ ADDITIONS = {
         {"protocol/mote.proto", "protocol/scene/job_request.cpp", "preprocess/job_kinds.h", "preprocess/CMakeLists.txt"},
     ),
     "a reader of particles": (
-        r"\bgdfReader\b|\breadGdf\b|gdf_file",
+        r"\bgdfReader\b|\breadGdf\b|gpt_source",
         ("preprocess/readers/gpt/",),
         {"preprocess/readers/particle_readers.cpp", "preprocess/readers/CMakeLists.txt"},
     ),

@@ -3,7 +3,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,13 +40,23 @@ class H5PartStep {
     /// Of the first particle's charge; 0 where there is none.
     double chargeSign() const { return chargeSign_; }
 
-    /// As SeriesSource::readRows.
+    /// The group's other columns of numbers, under their names, in the units that attributes say.
+    struct Record {
+        SourceRecord told;
+        H5Column column;
+    };
+    const std::vector<Record>& records() const { return records_; }
+
+    /// As SeriesSource::readRows; of records nothing.
     Status read(const std::vector<Column>& wanted, ParticleChunk& chunk) const;
+    /// One of the records by its name. Error: corrupt.
+    Status readRecord(const std::string& name, const ParticleChunk& chunk, std::vector<double>& values) const;
 
   private:
     Status readMeaning(const H5File& file, const H5Object& step);
     Status openColumn(const H5File& file, const H5Object& step, std::size_t column, const char* name);
     Result<double> unitOf(const H5File& file, const H5Object& step, std::size_t column, const char* name);
+    Status openRecords(const H5File& file, const H5Object& step);
 
     std::uint64_t rows_ = 0;
     double mass_ = 0.0, time_ = 0.0;
@@ -52,6 +64,7 @@ class H5PartStep {
     bool unitsGiven_ = false, coulomb_ = false;
     std::array<std::optional<H5Column>, columnCount> columns_;
     std::array<double, columnCount> factors_{};
+    std::vector<Record> records_;
 };
 
 constexpr double gigaelectronvolt = 1e9;
@@ -88,7 +101,29 @@ Result<H5PartStep> H5PartStep::open(const H5File& file, const std::string& path,
         }
     }
     if (first) return notFound(group.where, "holds none of the columns x, y, z, px, py, pz");
+    MOTE_RETURN_IF_ERROR(step.openRecords(file, group));
     return step;
+}
+
+/// What is no column of as many numbers is passed by, as nobody asked for it.
+Status H5PartStep::openRecords(const H5File& file, const H5Object& step) {
+    constexpr std::size_t mostLookedAt = 1024;
+    MOTE_ASSIGN_OR_RETURN(const auto children, file.children(step));
+    for (const auto& name : std::span(children).first(std::min(children.size(), mostLookedAt))) {
+        auto told = recordOf(name);
+        auto found = told ? file.find(step, name) : Result<std::optional<H5Object>>(std::nullopt);
+        if (!found.ok() || !found->has_value() || (*found)->group) continue;
+        auto opened = H5Column::open(file, std::move(**found));
+        if (!opened.ok() || opened->rows() != rows_) continue;
+        for (const H5Object* object : {&step, &file.root()}) {
+            const auto unit = textAttribute(*object, (name + "Unit").c_str());
+            if (!unit.ok() || !*unit || (*unit)->empty()) continue;
+            told->unit = **unit;
+            break;
+        }
+        records_.push_back({*std::move(told), *std::move(opened)});
+    }
+    return success();
 }
 
 Status H5PartStep::readMeaning(const H5File& file, const H5Object& step) {
@@ -142,6 +177,7 @@ Result<double> H5PartStep::unitOf(const H5File& file, const H5Object& step, std:
 
 Status H5PartStep::read(const std::vector<Column>& wanted, ParticleChunk& chunk) const {
     for (const Column column : wanted) {
+        if (isRecord(column)) continue;
         const auto& source = columns_[static_cast<std::size_t>(column)];
         if (!source) continue;
         if (column == Column::id) {
@@ -154,6 +190,14 @@ Status H5PartStep::read(const std::vector<Column>& wanted, ParticleChunk& chunk)
             value = column == Column::weight ? std::abs(value * factor) : value * factor;
     }
     return success();
+}
+
+Status H5PartStep::readRecord(const std::string& name, const ParticleChunk& chunk,
+                              std::vector<double>& values) const {
+    for (const Record& record : records_) {
+        if (record.told.name == name) return record.column.read(chunk.begin, chunk.size, values.data());
+    }
+    return corrupt(name, "has changed since it was opened");
 }
 
 constexpr std::string_view stepPattern = "Step#%T";
@@ -176,6 +220,7 @@ class H5PartSource : public SeriesSource {
     Status addFile(const std::filesystem::path& path) override;
     Status finish() override;
     bool hasEverywhere(Column column) const override { return everywhere_[static_cast<std::size_t>(column)]; }
+    std::vector<SourceRecord> recordsEverywhere() const override { return records_; }
     Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
@@ -188,6 +233,7 @@ class H5PartSource : public SeriesSource {
     std::string species_, weightUnit_;
     bool anyParticles_ = false, unitsGiven_ = true;
     bool everywhere_[columnCount] = {};
+    std::vector<SourceRecord> records_;  ///< of all steps with particles
     std::vector<H5PartPlace> places_;
     std::size_t openStep_ = static_cast<std::size_t>(-1);
     std::optional<H5PartStep> open_;
@@ -222,6 +268,15 @@ Status H5PartSource::addStep(const H5File& file, const std::filesystem::path& pa
         const bool here = step.has(static_cast<Column>(i));
         everywhere_[i] = anyParticles_ ? everywhere_[i] && here : here;
     }
+    const auto has = [&](const SourceRecord& record) {
+        return std::ranges::any_of(step.records(),
+                                   [&](const auto& own) { return own.told.name == record.name; });
+    };
+    if (!anyParticles_) records_.clear();
+    for (const auto& own : step.records()) {
+        if (!anyParticles_) records_.push_back(own.told);
+    }
+    std::erase_if(records_, std::not_fn(has));
     anyParticles_ = anyParticles_ || step.rows() > 0;
     return success();
 }
@@ -254,6 +309,10 @@ Status H5PartSource::readRows(std::size_t step, const std::vector<Column>& wante
         }
         open_ = std::move(opened);
         openStep_ = step;
+    }
+    for (const Column column : wanted) {
+        if (isRecord(column))
+            MOTE_RETURN_IF_ERROR(open_->readRecord(recordName(column), chunk, chunk[column]));
     }
     return open_->read(wanted, chunk);
 }

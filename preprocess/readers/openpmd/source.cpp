@@ -25,7 +25,6 @@ class OpenpmdSource : public SeriesSource {
     OpenpmdSource(std::string species, double mass, Progress& progress)
         : SeriesSource("openpmd", progress), wantedSpecies_(std::move(species)), wantedMass_(mass) {}
 
-    std::vector<SourceRecord> records() const override { return records_; }
     double mass() const override { return mass_; }
     std::string species() const override { return species_; }
     double particleCharge() const override { return particleCharge_; }
@@ -39,6 +38,7 @@ class OpenpmdSource : public SeriesSource {
         const auto i = static_cast<std::size_t>(column);
         return found_[i] && !absentSomewhere_[i];
     }
+    std::vector<SourceRecord> recordsEverywhere() const override { return records_; }
     Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
@@ -208,7 +208,7 @@ Status OpenpmdSource::openStep(std::size_t step) {
 
 Status OpenpmdSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
     MOTE_RETURN_IF_ERROR(openStep(step));
-    return open_ ? open_->read(wanted, records_, chunk) : success();
+    return open_ ? open_->read(wanted, records(), chunk) : success();
 }
 
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const AskedRun& run, Progress& progress) {

@@ -85,6 +85,10 @@ Result<SddsColumns> SddsColumns::of(const SddsHeader& header, double mass, const
 Status SddsColumns::add(const SddsHeader& header, std::size_t column, const std::string& file) {
     const SddsField& field = header.columns[column];
     const std::string where = file + ", column '" + field.name + "'";
+    if (auto record = field.number() ? recordOf(named(field.name, field)) : std::nullopt) {
+        records_.push_back(*std::move(record));
+        recordColumns_.push_back(column);
+    }
     const bool elegant = field.name == "xp" || field.name == "yp" || field.name == "p" || field.name == "dt";
     const bool ring = field.name == "r" || field.name == "pr" || field.name == "pphi";
     std::optional<FieldMeaning> meaning;
@@ -152,6 +156,11 @@ bool SddsColumns::has(Column column) const {
     return column == Column::z && zFromTime();
 }
 
+std::size_t SddsColumns::recordColumn(const std::string& name) const {
+    const auto found = std::ranges::find(records_, name, &SourceRecord::name);
+    return recordColumns_[static_cast<std::size_t>(found - records_.begin())];
+}
+
 std::optional<std::size_t> SddsColumns::timeColumn() const {
     const auto& time = item(Column::t) ? item(Column::t) : dt_;
     return time ? std::optional(time->column) : std::nullopt;
@@ -175,7 +184,7 @@ std::vector<std::size_t> SddsColumns::needed(const std::vector<Column>& wanted) 
         }
     };
     for (const Column column : wanted) {
-        if (column == Column::id) continue;
+        if (column == Column::id || isRecord(column)) continue;
         if (isMomentum(column)) {
             addMomentum(column);
         } else if ((column == Column::x || column == Column::y) && rings()) {
@@ -248,7 +257,7 @@ void SddsColumns::fill(const std::vector<Column>& wanted, const SddsRows& rows, 
     const std::vector<std::size_t> columns = needed(wanted);
     const Rows lookup{columns, rows};
     for (const Column column : wanted) {
-        if (column == Column::id) continue;
+        if (column == Column::id || isRecord(column)) continue;
         std::vector<double>& values = chunk[column];
         values.assign(chunk.size, 1.0);
         if (isMomentum(column)) {

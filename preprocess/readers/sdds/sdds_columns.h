@@ -32,13 +32,18 @@ class SddsColumns {
     bool massAssumed() const { return massAssumed_; }
     double chargeFactor() const { return chargeFactor_; }  ///< of the parameter Charge, into C
 
-    /// The numbers of the columns of the file that `wanted` need, without that of ids.
+    /// Every column of numbers under its name and in its unit, but those called as a known quantity.
+    const std::vector<SourceRecord>& records() const { return records_; }
+    /// The number of the column of a record that it has.
+    std::size_t recordColumn(const std::string& name) const;
+
+    /// The numbers of the columns of the file that `wanted` need, without those of ids and records.
     std::vector<std::size_t> needed(const std::vector<Column>& wanted) const;
     std::optional<std::size_t> idColumn() const { return id_; }
     std::optional<std::size_t> timeColumn() const;
     double timeFactor() const;  ///< into s
-    /// Fills the wanted columns but weight of the source's parameters and id, and what is lost. `rows` holds
-    /// the columns of needed(wanted); `meanTime` in s, of the page.
+    /// Fills the wanted columns but weight of the source's parameters, id and records, and what is lost.
+    /// `rows` holds the columns of needed(wanted), and more behind them; `meanTime` in s, of the page.
     void fill(const std::vector<Column>& wanted, const SddsRows& rows, double meanTime,
               ParticleChunk& chunk) const;
 
@@ -77,6 +82,8 @@ class SddsColumns {
     std::optional<Item> xp_, yp_, p_, dt_, r_, pr_, pphi_;
     std::optional<std::size_t> id_;
     std::vector<Lost> lost_;
+    std::vector<SourceRecord> records_;
+    std::vector<std::size_t> recordColumns_;  ///< by record
     double mass_ = 0.0, chargeFactor_ = 1.0;
     bool massAssumed_ = false;
 };

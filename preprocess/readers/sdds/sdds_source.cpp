@@ -29,6 +29,7 @@ class SddsSource : public SeriesSource {
     Status addFile(const std::filesystem::path& path) override;
     Status finish() override;
     bool hasEverywhere(Column column) const override;
+    std::vector<SourceRecord> recordsEverywhere() const override;
     Status readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) override;
 
   private:
@@ -148,6 +149,16 @@ bool SddsSource::hasEverywhere(Column column) const {
     });
 }
 
+std::vector<SourceRecord> SddsSource::recordsEverywhere() const {
+    auto records = files_.front().columns.records();
+    std::erase_if(records, [&](const SourceRecord& record) {
+        return !std::ranges::all_of(files_, [&](const File& file) {
+            return std::ranges::count(file.columns.records(), record.name, &SourceRecord::name) > 0;
+        });
+    });
+    return records;
+}
+
 /// In s, over all rows of the step where it is a number. The same for any order in which rows are asked for.
 Result<double> SddsSource::meanTime(Page& page) {
     if (page.meanTime) return *page.meanTime;
@@ -180,9 +191,16 @@ Status SddsSource::readRows(std::size_t step, const std::vector<Column>& wanted,
         MOTE_ASSIGN_OR_RETURN(mean, meanTime(page));
     }
     const auto idColumn = asked(Column::id) ? file.columns.idColumn() : std::nullopt;
-    MOTE_RETURN_IF_ERROR(
-        file.pages->read(page.page, chunk.begin, chunk.size, file.columns.needed(wanted), idColumn, rows_));
+    auto columns = file.columns.needed(wanted);
+    const std::size_t others = columns.size();
+    for (const Column column : wanted) {
+        if (isRecord(column)) columns.push_back(file.columns.recordColumn(recordName(column)));
+    }
+    MOTE_RETURN_IF_ERROR(file.pages->read(page.page, chunk.begin, chunk.size, columns, idColumn, rows_));
     file.columns.fill(wanted, rows_, mean, chunk);
+    for (std::size_t next = others; const Column column : wanted) {
+        if (isRecord(column)) chunk[column] = rows_.columns[next++];
+    }
     if (asked(Column::weight)) {
         const bool own = file.columns.has(Column::weight);
         for (double& weight : chunk[Column::weight]) {

@@ -33,6 +33,13 @@ class HeldFiles : public HeldSource {
 
 }  // namespace
 
+void HeldTable::addUnknown(const std::string& name, std::vector<double> column) {
+    const auto meaning = tableMeaning(name, "");
+    const bool known = !meaning || meaning->has_value();
+    const std::size_t rows = values.empty() ? 0 : values.front().size();
+    if (!known && column.size() == rows) add(name, std::move(column));
+}
+
 double HeldTable::setMass(double mass, const std::string& who) {
     if (!(mass > 0.0)) {
         mass = electronMass;
@@ -85,6 +92,7 @@ Status HeldSource::addTable(const HeldTable& table, std::set<std::string>& notes
     if (const auto field = columns.massField(); field && rows > 0) columns.setMass(table.values[*field][0]);
     if (const auto field = columns.chargeField(); field && rows > 0)
         columns.setCharge(table.values[*field][0]);
+    columns.addRecords(table.names);
     notes.insert(table.notes.begin(), table.notes.end());
     notes.insert(columns.notes().begin(), columns.notes().end());
     steps_.push_back(
@@ -106,6 +114,10 @@ Status HeldSource::readRows(std::size_t step, const std::vector<Column>& wanted,
     TableColumns::Values values;
     for (const auto& column : tables_[step].values) values.push_back(column.data() + chunk.begin);
     columns_[step].fill(wanted, values, chunk);
+    for (const Column column : wanted) {
+        if (isRecord(column))
+            std::copy_n(values[recordField(step, column)], chunk.size, chunk[column].data());
+    }
     return success();
 }
 

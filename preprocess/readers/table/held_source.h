@@ -35,6 +35,9 @@ struct HeldTable {
         names.push_back(std::move(name));
         values.push_back(std::move(column));
     }
+    /// A column that says nothing of particles' coordinates: a record of the source, if it has a value for
+    /// each row. Behind a column that does.
+    void addUnknown(const std::string& name, std::vector<double> column);
     /// The constant `mass` in eV/c^2, of the electron where it is 0, then with a note that begins with `who`.
     double setMass(double mass, const std::string& who);
 };

@@ -192,6 +192,20 @@ std::optional<std::size_t> TableColumns::idField() const {
     return item(Q::id) ? item(Q::id)->field : std::nullopt;
 }
 
+void TableColumns::addRecords(const std::vector<std::string>& names) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        auto record = recordOf(names[i]);
+        if (!record || std::ranges::count(records_, record->name, &SourceRecord::name) > 0) continue;
+        records_.push_back(*std::move(record));
+        recordFields_.push_back(i);
+    }
+}
+
+std::size_t TableColumns::recordField(const std::string& name) const {
+    const auto found = std::ranges::find(records_, name, &SourceRecord::name);
+    return recordFields_[static_cast<std::size_t>(found - records_.begin())];
+}
+
 bool TableColumns::has(Column column) const {
     const auto same = static_cast<Q>(column);
     switch (column) {
@@ -237,7 +251,7 @@ std::vector<std::size_t> TableColumns::needed(const std::vector<Column>& wanted)
         if (item(quantity) && item(quantity)->field) fields.push_back(*item(quantity)->field);
     };
     for (const Column column : wanted) {
-        if (column == Column::id) continue;
+        if (column == Column::id || isRecord(column)) continue;
         for (const Q quantity : quantitiesOf(column)) add(quantity);
     }
     for (const Q quantity : statusQuantities) add(quantity);

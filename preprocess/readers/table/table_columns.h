@@ -61,9 +61,17 @@ class TableColumns {
     /// Sentences for people: units that are assumed, frames that are the reference particle's.
     const std::vector<std::string>& notes() const { return notes_; }
 
-    /// The fields that the wanted columns and what is lost need, in ascending order, without that of ids.
+    /// Takes all fields of a table, by their numbers, for records under their names and in their units, but
+    /// those that are called as a known quantity.
+    void addRecords(const std::vector<std::string>& names);
+    const std::vector<SourceRecord>& records() const { return records_; }
+    /// The field of a record that it has.
+    std::size_t recordField(const std::string& name) const;
+
+    /// The fields that the wanted columns and what is lost need, in ascending order, without that of ids and
+    /// those of records.
     std::vector<std::size_t> needed(const std::vector<Column>& wanted) const;
-    /// Fills the wanted columns but id, and what is lost, of rows [chunk.begin, + chunk.size).
+    /// Fills the wanted columns but id and records, and what is lost, of rows [chunk.begin, + chunk.size).
     void fill(const std::vector<Column>& wanted, const Values& values, ParticleChunk& chunk) const;
 
   private:
@@ -103,6 +111,8 @@ class TableColumns {
     void fillLost(const Values& values, ParticleChunk& chunk) const;
 
     std::array<std::optional<Item>, tableQuantityCount> items_;
+    std::vector<SourceRecord> records_;
+    std::vector<std::size_t> recordFields_;  ///< by record
     Way transverse_ = Way::none, longitudinal_ = Way::none;
     double mass_ = 0.0, charge_ = 0.0;
     std::string weightUnit_;

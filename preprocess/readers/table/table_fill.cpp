@@ -165,7 +165,7 @@ void TableColumns::fillLost(const Values& values, ParticleChunk& chunk) const {
 void TableColumns::fill(const std::vector<Column>& wanted, const Values& values, ParticleChunk& chunk) const {
     std::array<std::vector<double>, 3> p;
     for (const Column column : wanted) {
-        if (column == Column::id) continue;
+        if (column == Column::id || isRecord(column)) continue;
         chunk[column].assign(chunk.size, 1.0);
         if (column < Column::px || column > Column::pz) {
             fillColumn(column, values, chunk);

@@ -30,6 +30,20 @@ class TableSource : public SeriesSource {
         return all([&](const TableColumns& columns) { return columns.has(column); });
     }
 
+    std::vector<SourceRecord> recordsEverywhere() const override {
+        auto records = columns_.front().records();
+        std::erase_if(records, [&](const SourceRecord& record) {
+            return !all([&](const TableColumns& columns) {
+                return std::ranges::count(columns.records(), record.name, &SourceRecord::name) > 0;
+            });
+        });
+        return records;
+    }
+    /// The field of a step's table that holds a record of the run.
+    std::size_t recordField(std::size_t step, Column record) const {
+        return columns_[step].recordField(recordName(record));
+    }
+
     std::vector<TableColumns> columns_;  ///< by step
 
   private:

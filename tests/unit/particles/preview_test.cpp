@@ -336,6 +336,19 @@ TEST(ColumnCoding, FloatsOfASourceStayFloats) {
         ASSERT_EQ(coding.offset + static_cast<double>(static_cast<float>(value - coding.offset)), value);
 }
 
+TEST(ColumnCoding, IntegersStayExact) {
+    std::vector<double> turns;
+    for (int i = 0; i < 5000; ++i) turns.push_back(20'001.0 * i);  // to 10^8: floats step by 8 there
+    EXPECT_TRUE(prep::codingOf(turns).doubles);
+    for (double& turn : turns) turn = 4e9 + std::fmod(turn, 1000.0);
+    const auto coding = prep::codingOf(turns);
+    EXPECT_FALSE(coding.doubles);
+    for (const double turn : turns)
+        ASSERT_EQ(coding.offset + static_cast<double>(static_cast<float>(turn - coding.offset)), turn);
+    for (double& turn : turns) turn = std::fmod(turn, 7.0);
+    EXPECT_EQ(prep::codingOf(turns).offset, 0.0);
+}
+
 TEST(ColumnCoding, AHaloAndALatticeNeedNoDoubles) {
     std::vector<double> values;
     for (int i = 0; i < 65536; ++i) values.push_back(std::erf(1e-4 * i - 3.0) * std::exp(1e-4 * (i % 60000)));

@@ -66,6 +66,24 @@ TEST_F(H5Part, takesUnitsFromAttributes) {
     EXPECT_TRUE(progress.notes.empty());
 }
 
+TEST_F(H5Part, givesWhatElseItHasUnderItsOwnName) {
+    {
+        H5TestFile file(folder / "a.h5");
+        for (int step = 0; step < 2; ++step) {
+            const auto group = "/Step#" + std::to_string(step);
+            for (const char* name : {"/x", "/px", "/y"}) file.data(group + name, std::vector{1.0, 2.0});
+            file.data(group + "/turn", std::vector<std::int64_t>{123456789, 8 + step});
+            file.data(group + "/dt", std::vector{1e-12, -1e-12});
+        }
+        file.text("/", "dtUnit", "s");
+        file.data("/Step#1/bin", std::vector<std::int32_t>{1, 2});
+    }
+    MOTE_OPEN(source, {folder / "a.h5"}, progress);
+    EXPECT_THAT(record(*source, 1, "turn"), ElementsAre(123456789, 9));
+    EXPECT_THAT(record(*source, 0, "dt", "s"), ElementsAre(1e-12, -1e-12));
+    EXPECT_EQ(source->records().size(), 2U) << "bin is not in every step";
+}
+
 TEST_F(H5Part, refusesColumnsOfDifferentLengths) {
     {
         H5TestFile file(folder / "beam.h5");

@@ -320,6 +320,22 @@ TEST_F(SddsErrors, sayWhereALengthCannotBe) {
                 AllOf(HasSubstr("is cut short at byte"), HasSubstr("within page 1")));
 }
 
+TEST_F(SddsRead, givesEveryColumnOfNumbersUnderItsName) {
+    const auto pages = sddsPages(3, 2, 5);
+    for (const bool ascii : {false, true}) {
+        writeFile(folder / "f.sdds", sddsFile({.ascii = ascii, .texts = true}, pages));
+        MOTE_OPEN(source, {folder / "f.sdds"}, progress);
+        std::vector<double> ids;
+        for (const auto& particle : pages[1].particles) ids.push_back(static_cast<double>(particle.id));
+        EXPECT_EQ(record(*source, 1, "particleID"), ids);
+        ASSERT_EQ(source->records().size(), 1U);
+        const auto chunk = chunkOf(*source, 1, {Column::px, prep::recordColumn(0), Column::x});
+        EXPECT_EQ(chunk[prep::recordColumn(0)], ids);
+        EXPECT_EQ(chunk[Column::x], column(*source, 1, Column::x));
+        EXPECT_EQ(chunk[Column::px], column(*source, 1, Column::px));
+    }
+}
+
 TEST_F(SddsRead, thatIsCancelledSaysSo) {
     writeFile(folder / "f.sdds", sddsFile({}, sddsPages(1, 2, 2)));
     progress.cancel = true;

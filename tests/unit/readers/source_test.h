@@ -76,6 +76,17 @@ inline std::vector<double> column(prep::ParticleSource& source, std::size_t step
     return chunk[wanted];
 }
 
+/// All of a step's rows of a record; none where there is none of this name and unit.
+inline std::vector<double> record(prep::ParticleSource& source, std::size_t step, std::string_view name,
+                                  std::string_view unit = "1") {
+    const auto records = source.records();
+    for (std::size_t i = 0; i < records.size(); ++i) {
+        if (records[i].name == name && records[i].unit == unit)
+            return column(source, step, prep::recordColumn(i));
+    }
+    return {};
+}
+
 inline prep::ParticleChunk chunkOf(prep::ParticleSource& source, std::size_t step,
                                    const std::vector<prep::Column>& wanted) {
     prep::ParticleChunk chunk;

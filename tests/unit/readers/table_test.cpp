@@ -50,6 +50,53 @@ TEST(Number, isReadInAnyForm) {
     EXPECT_EQ(prep::parseNumberWithComma("-1,5e3"), -1500.0);
 }
 
+TEST_F(CsvSource, givesWhatElseItHasUnderItsOwnName) {
+    const std::string head = "x,px,y,py,zeta,delta,p0c,mass0,state,at_turn,particle_id,spin_x [hbar],label\n";
+    writeFile(folder / "a1.csv", head +
+                                     "1e-3,0,0,0,0,0,1e9,938272088.0,1,123456789,4503599627370497,0.5,QF\n"
+                                     "2e-3,0,0,0,0,0,1e9,938272088.0,-1,7,2,-0.5,QD\n");
+    writeFile(folder / "a2.csv", "x,px,y,py,zeta,delta,p0c,mass0,at_turn\n0,0,0,0,0,0,1e9,938272088.0,9\n");
+    MOTE_OPEN(source, {folder / "a1.csv"}, progress);
+    EXPECT_THAT(record(*source, 0, "state"), ElementsAre(1, -1));
+    EXPECT_THAT(record(*source, 0, "at_turn"), ElementsAre(123456789, 7));
+    EXPECT_THAT(record(*source, 0, "particle_id"), ElementsAre(4503599627370497.0, 2));
+    EXPECT_THAT(record(*source, 0, "spin_x", "hbar"), ElementsAre(0.5, -0.5));
+    EXPECT_THAT(record(*source, 0, "x", "m"), ElementsAre()) << "known quantities stay what they are";
+    const auto records = source->records();
+    const auto label = std::ranges::find(records, "label", &prep::SourceRecord::name) - records.begin();
+    prep::ParticleChunk chunk;
+    const auto texts = source->read(0, 0, 2, {prep::recordColumn(static_cast<std::size_t>(label))}, chunk);
+    ASSERT_FALSE(texts.ok());
+    EXPECT_THAT(texts.error().toString(),
+                HasSubstr("a1.csv: line 2, column 13 (label): 'QF' is not a number"));
+    // Of several files what all have.
+    MOTE_OPEN(both, {folder / "a1.csv", folder / "a2.csv"}, progress);
+    EXPECT_THAT(record(*both, 1, "at_turn"), ElementsAre(9));
+    EXPECT_THAT(record(*both, 0, "state"), ElementsAre());
+}
+
+TEST_F(CsvSource, andSoDoListsInJson) {
+    writeFile(folder / "a.json",
+              R"({"x": [1e-3, 2e-3], "y": [0, 0], "at_turn": [123456789, 3], "state": [1, 0],
+                                     "_rng": [1, 2, 3], "p0c": [1e9, 1e9]})");
+    MOTE_OPEN(source, {folder / "a.json"}, progress);
+    EXPECT_THAT(record(*source, 0, "at_turn"), ElementsAre(123456789, 3));
+    EXPECT_THAT(record(*source, 0, "state"), ElementsAre(1, 0));
+    EXPECT_THAT(record(*source, 0, "_rng"), ElementsAre()) << "has not a value for each particle";
+}
+
+TEST_F(CsvSource, saysHowManyColumnsCanBeNamed) {
+    std::string head = "x,y", row = "1,2";
+    for (std::size_t i = 0; i < prep::mostRecords + 3; ++i) {
+        head += ",c" + std::to_string(i);
+        row += "," + std::to_string(i);
+    }
+    writeFile(folder / "wide.csv", head + "\n" + row + "\n");
+    MOTE_OPEN(source, {folder / "wide.csv"}, progress);
+    EXPECT_THAT(record(*source, 0, "c63"), ElementsAre(63));
+    EXPECT_TRUE(progress.noted("of 67 columns that are no coordinates the first 64 can be named, up to c63"));
+}
+
 TEST(Number, ofAnIdKeepsAllBits) {
     EXPECT_EQ(prep::parseId("18446744073709551615"), 18446744073709551615u);
     EXPECT_EQ(prep::parseId("1.0000E+02"), 100u);
