@@ -12,23 +12,27 @@
 #include <asio/steady_timer.hpp>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
+#include <utility>
 
 #include "protocol/scene/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
-#include "server/app/connection_in_use.h"
+#include "protocol/wire/private_file.h"
 #include "server/app/entrance.h"
 #include "server/app/http_listener.h"
-#include "server/app/parked_file.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
 #include "server/metrics/exposition.h"
+#include "server/session/parked_sessions.h"
 #include "server/session/session.h"
 #include "server/session/token.h"
 
@@ -55,6 +59,108 @@ JobSettings jobSettings(const ServerSettings& settings) {
     jobs.timeLimit = settings.jobTime;
     jobs.allowUnconfined = settings.allowUnconfinedJobs;
     return jobs;
+}
+
+/// More than limits allow: a file of this size is none of ours.
+constexpr std::size_t mostParkedBytes = std::size_t{16} << 20;
+
+/// ParkedFile: keeps what outlives connections in a file of the state directory, so that it outlives the
+/// server. A change is written a moment later, with those that came meanwhile, on a thread of its own. Owned
+/// by the server, on its thread.
+class ParkedFile {
+  public:
+    /// Reads what an earlier server has left, as far as it can be read; call once the state directory's lock
+    /// is held. `sessions` outlive it.
+    ParkedFile(asio::io_context& io, const std::filesystem::path& stateDirectory,
+               std::chrono::milliseconds pause, ParkedSessions& sessions);
+    /// Writes what was not written yet, and waits for it.
+    ~ParkedFile();
+    ParkedFile(const ParkedFile&) = delete;
+    ParkedFile& operator=(const ParkedFile&) = delete;
+
+    /// The sessions are not the same as before.
+    void changed();
+
+  private:
+    void read();
+    void hand();
+    void write();
+
+    const std::filesystem::path file_;
+    const std::chrono::milliseconds pause_;
+    ParkedSessions& sessions_;
+    asio::steady_timer timer_;
+    bool due_ = false;  // changes that were not handed to the thread
+
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    std::optional<std::string> text_;  // to be written
+    bool stopping_ = false;
+    std::thread thread_;
+};
+
+ParkedFile::ParkedFile(asio::io_context& io, const std::filesystem::path& stateDirectory,
+                       std::chrono::milliseconds pause, ParkedSessions& sessions)
+    : file_(stateDirectory / "sessions"), pause_(pause), sessions_(sessions), timer_(io) {
+    read();
+    thread_ = std::thread([this] { write(); });
+}
+
+ParkedFile::~ParkedFile() {
+    timer_.cancel();
+    if (due_) hand();
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+}
+
+/// Clients that come back know their views themselves: a file that cannot be read is said, and no more.
+void ParkedFile::read() {
+    const auto text = wire::readPrivateFile(file_, mostParkedBytes);
+    if (!text.ok()) {
+        if (text.error().code != ErrorCode::notFound) log::warn("{}", text.error().toString());
+        return;
+    }
+    const auto* const bytes = reinterpret_cast<const std::uint8_t*>(text->data());
+    const auto added = sessions_.add({bytes, text->size()}, Clock::now());
+    if (!added.ok()) log::warn("{}", added.error().within(file_.string()).toString());
+}
+
+void ParkedFile::changed() {
+    if (std::exchange(due_, true)) return;
+    timer_.expires_after(pause_);
+    timer_.async_wait([this](const asio::error_code& code) {
+        if (!code) hand();
+    });
+}
+
+void ParkedFile::hand() {
+    due_ = false;
+    const auto bytes = sessions_.toBytes();
+    {
+        const std::lock_guard lock(mutex_);
+        text_.emplace(bytes.begin(), bytes.end());
+    }
+    wake_.notify_one();
+}
+
+void ParkedFile::write() {
+    std::unique_lock lock(mutex_);
+    bool failed = false;
+    for (;;) {
+        wake_.wait(lock, [this] { return stopping_ || text_; });
+        if (!text_) return;
+        const auto text = *std::exchange(text_, std::nullopt);
+        lock.unlock();
+        const auto written = wire::writePrivateFile(file_, text);
+        // A full disk is said once, not at every view.
+        if (!written.ok() && !failed) log::warn("{}", written.error().toString());
+        failed = !written.ok();
+        lock.lock();
+    }
 }
 
 }  // namespace

@@ -3,16 +3,18 @@
 
 #include <algorithm>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "protocol/scene/view_parts.h"
-#include "server/frames/annotation_facts.h"
-#include "server/frames/attempt.h"
+#include "server/figures/annotate.h"
+#include "server/frames/dot_maker.h"
 #include "server/frames/layer_kinds.h"
-#include "server/frames/learn_picture.h"
 #include "server/frames/mean_picture.h"
+#include "server/frames/picture_history.h"
 #include "server/frames/planning.h"
 #include "server/frames/scene_maker.h"
+#include "server/frames/view_task.h"
 #include "server/log.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
@@ -21,6 +23,92 @@ namespace mote::server {
 namespace {
 
 using render::FramePlan, render::PixelFormat, render::Quality;
+
+/// Attempt: what a picture makes of its session's dots and ink, undone where it comes to nothing. It lives
+/// while the picture is made.
+///
+/// A picture that is stopped or waits is made again. Where it is one of a row that shall always be the same,
+/// it then finds what it found: ink that follows the picture before must not follow one that was not
+/// finished.
+class Attempt {
+  public:
+    Attempt(const ViewTask& task, DotHistory& history) : history_(history) {
+        if (task.finalOnly) before_ = copyOf(history);
+    }
+    ~Attempt() {
+        if (before_) history_ = *std::move(before_);
+    }
+    Attempt(const Attempt&) = delete;
+    Attempt& operator=(const Attempt&) = delete;
+
+    void succeeded() { before_.reset(); }
+    /// What it made of the history is kept for when it goes on.
+    void paused(Draft& draft) {
+        if (before_) draft.after = std::move(history_);
+    }
+
+  private:
+    DotHistory& history_;
+    std::optional<DotHistory> before_;
+};
+
+std::vector<const render::GridField*> hybridsOf(const render::Scene& scene) {
+    std::vector<const render::GridField*> hybrids;
+    for (const auto& step : scene.hybrids) hybrids.push_back(step.get());
+    return hybrids;
+}
+
+/// How much there is to draw. How many points an exact picture draws depends on the view, and the latest
+/// picture of the same data tells it best: views of one hand follow each other closely. It is taken with care
+/// (a view that saw nothing is followed by one that does), and of new data all points are expected.
+ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
+    ViewLoad load{.pixels = static_cast<double>(scene.view.width) * scene.view.height};
+    for (const auto& step : scene.steps) {
+        if (step == nullptr) continue;
+        const auto thresholds = step->preview(0).threshold;
+        const double share = thresholds.empty() ? 0.0 : thresholds.back();
+        load.previewShare = load.points == 0.0 ? share : std::min(load.previewShare, share);
+        load.points += static_cast<double>(step->pointCount());
+    }
+    if (scene.steps == history.steps && hybridsOf(scene) == history.hybrids)
+        load.points = std::max(history.exactPoints, 0.01 * load.points);
+    return load;
+}
+
+/// What a picture tells of the next one. `share`: of the exact picture's points. `ms`: that it took, apart
+/// from data.
+void learn(PictureHistory& history, const render::Scene& scene, const render::Picture& picture,
+           const render::Quality& quality, double share, double ms) {
+    const auto points = static_cast<double>(picture.pointsDrawn);
+    history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
+    history.steps = scene.steps;
+    history.hybrids = hybridsOf(scene);
+    history.exactPoints = points / share;
+}
+
+/// What a frame says beside what it shows, in pixels of the scene's view; null where that asks for none.
+std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const render::FramePlan& plan,
+                                           StepSource& data) {
+    const View& view = scene.view;
+    if (!view.annotations) return nullptr;
+    std::vector<LayerFacts> layers(view.layers.size());
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const Layer& layer = view.layers[i];
+        if (const auto found = data.dataset(layer.dataset); found.ok()) layers[i].manifest = found->manifest;
+        if (!layer.particles() || scene.steps[i] == nullptr) continue;
+        if (layer.select) layers[i].chosen = scene.steps[i]->pointCount();
+        const bool highlighted =
+            layer.highlight && i < scene.highlights.size() && scene.highlights[i] != nullptr;
+        if (highlighted) layers[i].highlighted = scene.highlights[i]->pointCount();
+        if (layer.colorBy) layers[i].colorRange = layer.colorBy->range;
+    }
+    for (const auto& field : plan.fields) {
+        // Where a column colours the volume, the bar is the column's alone.
+        const auto* const cells = field.density();
+        if (cells == nullptr || cells->values == nullptr) layers[field.layer].transfer = field.transfer;
+    }
+    return std::make_shared<const Marks>(annotate(view, layers));
+}
 
 // A device that fails twice in a row (a driver was reset, its memory is lost) is made anew. Not after the
 // first time: one picture may simply be too large for it.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/jobs/job_environment.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
+#include <sstream>
 
 namespace mote::server {
 namespace {
@@ -42,6 +45,16 @@ std::vector<char*> pointersTo(std::vector<std::string>& variables) {
     for (auto& variable : variables) pointers.push_back(variable.data());
     pointers.push_back(nullptr);
     return pointers;
+}
+
+std::filesystem::path findProgram(const std::string& name) {
+    const char* path = std::getenv("PATH");
+    std::istringstream folders(path ? path : "/usr/bin:/bin");
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        const auto program = std::filesystem::path(folder) / name;
+        if (program.is_absolute() && ::access(program.c_str(), X_OK) == 0) return program;
+    }
+    return name;
 }
 
 }  // namespace mote::server

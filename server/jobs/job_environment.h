@@ -4,6 +4,7 @@
 // without state; while it runs no other thread changes the environment.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,5 +17,8 @@ std::vector<std::string> jobEnvironment();
 
 /// As execve() and posix_spawn() want it; `variables` outlive it.
 std::vector<char*> pointersTo(std::vector<std::string>& variables);
+
+/// Where PATH has a program of the system; the name alone where it is nowhere.
+std::filesystem::path findProgram(const std::string& name);
 
 }  // namespace mote::server

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // JobFiles: the directory of one job, through which a server and a running job speak: request.json in,
-// progress (lines of JobProgress), log and result out; a film or an export besides (film_files.h). What a job
-// writes is not trusted: it is bounded and made plain text. Owned by the queue and used on its thread.
+// progress (lines of JobProgress), log and result out. What a job writes is not trusted: it is bounded and
+// made plain text. Owned by the queue and used on its thread.
+//
+// An artifact is what stays with a job that makes no dataset, a film or an export: files in a folder of the
+// job's, whose names are made here, from the request, and never a client's.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -65,5 +69,31 @@ class JobFiles {
 
 /// Printable and valid UTF-8, whatever a program wrote: other bytes become "?"; cut to `longest` bytes.
 std::string plainText(std::string_view text, std::size_t longest);
+
+/// ArtifactPiece: some bytes of a file of an artifact, and what they are. A value.
+struct ArtifactPiece {
+    proto::FilmPiece message;
+    std::vector<std::uint8_t> bytes;
+};
+
+inline constexpr std::size_t largestArtifactPiece = std::size_t{1} << 20;  ///< bytes
+
+/// `directory`: of the job; here and below.
+inline std::filesystem::path artifactFolder(const std::filesystem::path& directory) {
+    return directory / "film";
+}
+
+/// The one file of an export.
+inline constexpr const char* exportName = "export.h5";
+
+/// Whether the export or the video is there, or of a film without one its first picture.
+bool artifactIsThere(const std::filesystem::path& directory, const proto::JobRequest& job);
+
+/// The piece that is asked for, as long as the file has bytes and largestArtifactPiece allows. Errors:
+/// notFound (the film has no video, no pictures, or fewer pictures; an export has none), invalidArgument
+/// (beyond the file's end), corrupt (no regular file), permissionDenied, internal; with the field of the
+/// request.
+Result<ArtifactPiece> readArtifact(const std::filesystem::path& directory, const proto::JobRequest& job,
+                                   const proto::FetchFilm& request);
 
 }  // namespace mote::server

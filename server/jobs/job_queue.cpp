@@ -1,26 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The queue's begin and end, and what clients ask of it.
 #include "server/jobs/job_queue.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <string.h>
-#include <sys/file.h>
 #include <sys/random.h>
 
 #include <algorithm>
 #include <asio/post.hpp>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
-#include <thread>
 #include <utility>
 
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/system_error.h"
-#include "server/jobs/job_request_check.h"
-#include "server/jobs/own_files.h"
-#include "server/jobs/request_digest.h"
+#include "protocol/scene/json.h"
 #include "server/jobs/uploads.h"
 #include "server/log.h"
 
@@ -29,18 +21,7 @@ namespace {
 
 using State = proto::JobStatus;
 
-constexpr std::chrono::milliseconds kLockPatience(500), kLockPause(5);
-constexpr std::size_t kMostListed = 200;
-
-/// A server that was just killed keeps its lock until the kernel has taken it apart.
-bool lockSoon(int file) {
-    const auto end = std::chrono::steady_clock::now() + kLockPatience;
-    while (flock(file, LOCK_EX | LOCK_NB) != 0) {
-        if (std::chrono::steady_clock::now() >= end) return false;
-        std::this_thread::sleep_for(kLockPause);
-    }
-    return true;
-}
+constexpr std::uint32_t kMostListed = 200;
 
 /// 16 hexadecimal digits that no earlier database has used.
 std::string newId() {
@@ -84,11 +65,10 @@ std::string whyNot(const proto::JobStatus& status) {
 }  // namespace
 
 JobQueue::JobQueue(asio::io_context& context, JobSettings settings)
-    : context_(context), settings_(std::move(settings)), timer_(context), holdTimer_(context) {}
+    : context_(context), settings_(std::move(settings)), progressTimer_(context), holdTimer_(context) {}
 
 JobQueue::~JobQueue() {
     stop();
-    disk_.join();
 }
 
 // ------------------------------------------------------------------------------------------ begin and end
@@ -99,13 +79,31 @@ Status JobQueue::start() {
     if (settings_.supervisor.empty()) settings_.supervisor = settings_.prep.parent_path() / "mote-supervise";
     if (settings_.frames.empty()) settings_.frames = settings_.prep.parent_path() / "mote-frames";
     settings_.running = std::max<std::size_t>(settings_.running, 1);
-    MOTE_RETURN_IF_ERROR(openState());
+    MOTE_ASSIGN_OR_RETURN(auto state, StateDirectory::open(settings_.stateDirectory));
+    settings_.stateDirectory = state.path();
+    state_.emplace(std::move(state));
+    MOTE_RETURN_IF_ERROR(openTable());
     MOTE_RETURN_IF_ERROR(openUploads());
-    MOTE_RETURN_IF_ERROR(openRunners());
-    rememberRoots();
+    std::vector<std::string> handles, waiting;
+    for (const auto* record : table_->all()) {
+        handles.push_back(record->handle);
+        if (record->status.state() == State::QUEUED) waiting.push_back(record->status.id());
+    }
+    MOTE_ASSIGN_OR_RETURN(auto runners, Runners::open(context_, settings_, handles, waiting));
+    runners_.emplace(std::move(runners));
+    rootWatch_ = RootWatch(roots_);
+    removeStrays();
     goOn();
-    removeStrayDrafts();
     scheduleSoon();
+    return success();
+}
+
+Status JobQueue::openTable() {
+    MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state_->database()));
+    knowsAll_ = store.setAside().empty();
+    JobTable table(std::move(store));
+    MOTE_RETURN_IF_ERROR(table.load());
+    table_.emplace(std::move(table));
     return success();
 }
 
@@ -114,11 +112,73 @@ Status JobQueue::openUploads() {
     const auto same = [](const storage::Roots::Entry& root) { return root.name == Uploads::root; };
     if (std::ranges::any_of(roots_.entries(), same)) return success();
     MOTE_ASSIGN_OR_RETURN(uploads_, Uploads::makeFolder(settings_.stateDirectory));
-    if (knowsAll_) removeStrayUploads();
     settings_.roots.push_back(fmt::format("{}={}", Uploads::root, uploads_.string()));
     MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
     return success();
 }
+
+/// Takes up what an earlier server left.
+void JobQueue::goOn() {
+    for (auto* record : table_->all()) {
+        const bool runs = record->status.state() == State::RUNNING;
+        if (isLive(*record)) {
+            const auto stage = runs ? JobLife::Stage::unsure : JobLife::Stage::waits;
+            live_.emplace(record->number, Live{stage, JobFiles(directoryOf(*record))});
+        }
+        if (runs) {
+            seek(*record);
+        } else if (record->cancelRequested) {
+            happens(*record, JobEvent::cancel);  // the earlier server had said so, and came no further
+        }
+    }
+    std::vector<DraftOwner> owners;
+    for (const auto* record : table_->all()) {
+        if (!keepsFiles(*record))
+            owners.push_back({record->status.request().output(), record->status.id(), isLive(*record)});
+    }
+    disk_.sweepDrafts(roots_, std::move(owners));
+}
+
+/// Folders that the earlier server did not come to remove. After a broken database they may still belong to
+/// something that runs.
+void JobQueue::removeStrays() {
+    std::vector<std::filesystem::path> strays;
+    std::error_code code;
+    const auto eachIn = [&code](const std::filesystem::path& folder, const auto& look) {
+        std::filesystem::directory_iterator entry(folder, code);
+        for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code))
+            look(entry->path());
+    };
+    const auto recordOf = [this](const std::filesystem::path& path) {
+        return std::as_const(*table_).find(path.filename().string());
+    };
+    if (!knowsAll_) return;
+    eachIn(state_->jobs(), [&](const auto& path) {
+        const auto* record = recordOf(path);
+        if (record && (isLive(*record) || hasFiles(*record))) return;
+        // Of an artifact that is not there the request stays, which may be tried again.
+        strays.push_back(record && keepsFiles(*record) ? artifactFolder(path) : path);
+    });
+    if (!uploads_.empty()) {
+        eachIn(uploads_, [&](const auto& path) {
+            const auto* record = recordOf(path);
+            if (!record || !isLive(*record)) strays.push_back(path);
+        });
+    }
+    for (const auto& stray : strays) disk_.remove(stray);
+}
+
+void JobQueue::stop() {
+    live_.clear();
+    progressTimer_.cancel();
+    holdTimer_.cancel();
+    listener_ = nullptr;
+    disk_.stop();
+    table_.reset();
+    state_.reset();
+}
+
+// ------------------------------------------------------------------------------------------- requests
 
 bool JobQueue::readsUploads(const proto::JobRequest& request) const {
     const auto inputs = jobInputs(request);
@@ -126,91 +186,6 @@ bool JobQueue::readsUploads(const proto::JobRequest& request) const {
         return input.name.starts_with(std::string(Uploads::root) + "/");
     });
 }
-
-Status JobQueue::openState() {
-    std::error_code code;
-    auto& state = settings_.stateDirectory;
-    std::filesystem::create_directories(state.parent_path(), code);
-    // The user may have put a link in its place; in the directory itself there is none.
-    if (auto place = std::filesystem::canonical(state, code); !code) state = std::move(place);
-    // The ids in the database are names of folders that are removed: all of it must be ours.
-    for (const auto& folder : {state, state / "jobs", filmConnectionFile(state).parent_path()})
-        MOTE_RETURN_IF_ERROR(makeOwnFolder(folder));
-    for (const char* file : {"jobs.lock", "jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm",
-                             "jobs.copy.sqlite", "jobs.copy.sqlite-wal", "jobs.copy.sqlite-shm"})
-        MOTE_RETURN_IF_ERROR(checkOwnFile(state / file));
-    state = std::filesystem::canonical(state, code);
-    if (code) return Error{ErrorCode::permissionDenied, settings_.stateDirectory.string(), code.message()};
-    lock_ = storage::FileDescriptor(
-        open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
-    if (!lock_.valid()) {
-        return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), systemMessage(errno)};
-    }
-    if (!lockSoon(lock_.get())) {
-        return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};
-    }
-    // SQLite would take the umask's mode, and give its other files that of this one.
-    for (const auto& file : {state / "jobs.sqlite", JobStore::copyOf(state / "jobs.sqlite")})
-        storage::FileDescriptor(open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
-    MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state / "jobs.sqlite"));
-    knowsAll_ = store.setAside().empty();
-    JobTable table(std::move(store));
-    MOTE_RETURN_IF_ERROR(table.load());
-    table_.emplace(std::move(table));
-    if (knowsAll_)
-        removeStrayDirectories();  // after a broken database they may still belong to something that runs
-    return success();
-}
-
-void JobQueue::stop() {
-    active_.clear();
-    unsure_.clear();
-    again_.clear();
-    timer_.cancel();
-    holdTimer_.cancel();
-    listener_ = nullptr;
-    disk_.stop();
-    table_.reset();
-    lock_ = {};
-}
-
-void JobQueue::removeStrayDirectories() {
-    std::error_code code;
-    std::vector<std::filesystem::path> strays;
-    std::filesystem::directory_iterator entry(settings_.stateDirectory / "jobs", code);
-    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
-        const auto* record = table_->find(entry->path().filename().string());
-        if (record && (isLive(*record) || hasFiles(*record))) continue;
-        // Of a film that is not there the request stays, which may be tried again.
-        strays.push_back(record && keepsFiles(*record) ? artifactFolder(entry->path()) : entry->path());
-    }
-    for (const auto& stray : strays) removeSoon(stray);
-}
-
-/// Takes up what an earlier server left.
-void JobQueue::goOn() {
-    for (auto* record : table_->all()) {
-        if (record->status.state() == State::RUNNING) {
-            goOnWith(*record);
-        } else if (record->cancelRequested && (isLive(*record) || hasFiles(*record))) {
-            finish(*record, State::CANCELLED);  // the earlier server had said so, and came no further
-        }
-    }
-}
-
-void JobQueue::goOnWith(JobRecord& record) {
-    record.status.clear_waits_for();
-    auto run = findRun(record.handle);
-    if (!run.ok()) return lookWhenPossible(record, {}, run.error());
-    Active active{JobFiles(directoryOf(record)), *std::move(run), isFilm(record)};
-    active.files.refresh(record.status);
-    if (!active.run) return conclude(record, active.files, endOfLost(record.handle));
-    log::info(log::job(record.status.id()), "still runs");
-    if (record.cancelRequested) active.run->cancel();
-    watch(record.number, std::move(active));
-}
-
-// ------------------------------------------------------------------------------------------- requests
 
 /// Nobody fills the queue alone.
 Status JobQueue::checkRoom(const std::string& client) const {
@@ -248,7 +223,7 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
     }
     record.status.set_state(State::QUEUED);
     record.status.set_phase("waiting");
-    record.status.set_created_ms(nowMs());
+    record.status.set_created_ms(unixMs());
     record.status.set_time_limit_s(timeLimitOf(wish));
     record.digest = digest;
     record.client = wish.client;
@@ -257,35 +232,80 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
     const auto added = table_->add(std::move(record));
     if (!added.ok()) {
         JobFiles(directory).remove();
-        if (!uploads_.empty()) removeSoon(uploads_ / id);
+        if (!uploads_.empty()) disk_.remove(uploads_ / id);
         return added.error();
     }
+    live_.emplace((*added)->number, Live{JobLife::Stage::waits, JobFiles(directory)});
     tell(**added);
     scheduleSoon();
     return (*added)->status;
 }
 
+/// The server's is never exceeded.
+std::uint32_t JobQueue::timeLimitOf(const JobWish& wish) const {
+    if (wish.timeLimit == 0 || settings_.timeLimit == 0) return std::max(wish.timeLimit, settings_.timeLimit);
+    return std::min(wish.timeLimit, settings_.timeLimit);
+}
+
+bool JobQueue::isStillThere(const JobRecord& record) const {
+    if (record.status.state() != State::SUCCEEDED) return false;
+    if (keepsFiles(record)) return artifactIsThere(directoryOf(record), record.status.request());
+    return !record.made.empty() && identityOfOutput(record.status.request(), roots_) == record.made;
+}
+
+/// What the same request has come to, if that is of any use: it waits, runs, or has made what is still there.
+const JobRecord* JobQueue::sameJob(const std::string& digest) const {
+    if (digest.empty()) return nullptr;
+    return table_->latest(digest, [this](const JobRecord& record) {
+        return isLive(record) ? !record.cancelRequested : isStillThere(record);
+    });
+}
+
+Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string& client) {
+    const auto* record = table_ ? table_->find(id) : nullptr;
+    if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
+    const auto state = record->status.state();
+    if (state != State::FAILED && state != State::CANCELLED) {
+        return Error{ErrorCode::invalidArgument, "id",
+                     fmt::format("job {} {}: only what failed or was cancelled is tried again", id,
+                                 state == State::SUCCEEDED ? "succeeded" : "has not ended")};
+    }
+    auto request = record->status.request();
+    // Its status holds no script and no large selection.
+    if (keepsFiles(*record)) {
+        request.Clear();
+        const auto read = readJsonFile(directoryOf(*record) / "request.json", request);
+        if (!read.ok()) {
+            return Error{ErrorCode::notFound, "id",
+                         fmt::format("the request of job {} is not there any more: submit it anew", id)};
+        }
+    }
+    if (readsUploads(request)) {
+        return Error{
+            ErrorCode::notFound, "id",
+            fmt::format("what job {} read was uploaded for it and went with it: upload it and submit "
+                        "it anew",
+                        id)};
+    }
+    return submit(request, {false, record->status.time_limit_s(), client});
+}
+
 Status JobQueue::cancel(std::string_view id) {
     auto* record = table_ ? table_->find(id) : nullptr;
-    if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
-    const bool waits = record->status.state() == State::QUEUED || hasFiles(*record);
-    if (!waits && (record->status.state() != State::RUNNING || record->cancelRequested)) return success();
+    if (!record) return notFound("id", fmt::format("there is no job \"{}\"", id));
+    const bool runs = record->status.state() == State::RUNNING;
+    if (runs ? record->cancelRequested : record->status.state() != State::QUEUED && !hasFiles(*record))
+        return success();
     // Nobody is told of a cancel that the next server would not know of.
-    const JobRecord before = *record;
-    record->cancelRequested = true;
-    if (const auto kept = table_->save(*record); !kept.ok()) {
-        *record = before;
-        hold(kept.error());
+    JobRecord cancelled = *record;
+    cancelled.cancelRequested = true;
+    if (const auto kept = table_->save(cancelled); !kept.ok()) {
+        hold(kept.error().toString());
         return kept;
     }
-    if (waits) {
-        finish(*record, State::CANCELLED);
-        return success();
-    }
-    record->status.set_phase("cancelling");
-    tell(*record);
-    if (const auto active = active_.find(record->number); active != active_.end())
-        active->second.run->cancel();
+    if (runs) record->status.set_phase("cancelling");
+    if (runs) tell(*record);
+    happens(*record, JobEvent::cancel);
     return success();
 }
 
@@ -310,7 +330,17 @@ Result<proto::JobStatus> JobQueue::find(std::string_view id) const {
     return record->status;
 }
 
-// ---------------------------------------------------------------------------------------------- films
+proto::Jobs JobQueue::page(std::uint64_t first, std::uint32_t count) const {
+    proto::Jobs page;
+    if (!table_) return page;
+    const auto most = count == 0 ? kMostListed : std::min(count, kMostListed);
+    for (auto& status : table_->page(first, most)) *page.add_jobs() = std::move(status);
+    page.set_total(table_->size());
+    page.set_first(first);
+    return page;
+}
+
+// ----------------------------------------------------------------------------------------- artifacts
 
 Result<JobRecord> JobQueue::finishedMaker(std::string_view id) const {
     const auto* record = table_ ? table_->find(id) : nullptr;
@@ -325,52 +355,17 @@ Result<JobRecord> JobQueue::finishedMaker(std::string_view id) const {
 
 void JobQueue::fetchArtifact(const proto::FetchFilm& request, ArtifactListener done) {
     auto record = finishedMaker(request.id());
-    auto answer = [alive = std::weak_ptr(alive_), done = std::move(done)](Result<ArtifactPiece> piece) {
-        if (!alive.expired()) done(std::move(piece));
-    };
-    if (!record.ok()) return asio::post(context_, [answer, error = record.error()] { answer(error); });
-    asio::post(
-        disk_, [this, answer, request, directory = directoryOf(*record), job = record->status.request()] {
-            auto piece = readArtifact(directory, job, request);
-            asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
-        });
-}
-
-// ---------------------------------------------------------------------------------------------- small
-
-std::int64_t JobQueue::nowMs() {
-    const auto now = std::chrono::system_clock::now().time_since_epoch();
-    return std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
-}
-
-void JobQueue::tell(const JobRecord& record) {
-    asio::post(context_, whileAlive([this, status = record.status] {
-                   if (listener_) listener_(status);
-               }));
-}
-
-/// A film may be thousands of files: nobody waits until they are gone. So named the folder is no job's,
-/// and should this server end first, the next one removes the rest.
-void JobQueue::discard(const JobRecord& record, const std::filesystem::path& folder) {
-    const std::filesystem::path gone = directoryOf(record).string() + ".gone";
-    std::error_code code;
-    std::filesystem::rename(folder, gone, code);
-    removeSoon(code ? folder : gone);
-}
-
-std::function<void(const std::filesystem::path&)> JobQueue::remover() {
-    return whileAlive([this](const std::filesystem::path& folder) { removeSoon(folder); });
-}
-
-void JobQueue::removeSoon(const std::filesystem::path& folder) {
-    onDisk([folder] {
-        std::error_code code;
-        std::filesystem::remove_all(folder, code);
+    auto answer = whileAlive(std::move(done));
+    if (!record.ok())
+        return asio::post(context_, [answer, error = record.error()]() mutable { answer(error); });
+    disk_.post([this, answer, request, directory = directoryOf(*record), job = record->status.request()] {
+        auto piece = readArtifact(directory, job, request);
+        asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
     });
 }
 
-std::filesystem::path JobQueue::directoryOf(const JobRecord& record) const {
-    return settings_.stateDirectory / "jobs" / record.status.id();
+std::function<void(const std::filesystem::path&)> JobQueue::remover() {
+    return whileAlive([this](const std::filesystem::path& folder) { disk_.remove(folder); });
 }
 
 }  // namespace mote::server

@@ -11,7 +11,7 @@
 
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
-#include <asio/thread_pool.hpp>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -24,12 +24,14 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/jobs/artifact_files.h"
+#include "server/jobs/disk_work.h"
 #include "server/jobs/job_files.h"
+#include "server/jobs/job_inputs.h"
+#include "server/jobs/job_life.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/runner.h"
-#include "storage/files/file_descriptor.h"
+#include "server/jobs/state_directory.h"
 #include "storage/roots.h"
 
 namespace mote::server {
@@ -108,133 +110,99 @@ class JobQueue {
     void onChange(Listener listener) { listener_ = std::move(listener); }
 
   private:
-    /// A job that runs now.
-    struct Active {
+    /// What is known of a job that waits or runs, beside its record.
+    struct Live {
+        JobLife::Stage stage;
         JobFiles files;
-        std::unique_ptr<Run> run;
-        bool film = false;
+        int roomless = 0;
+        std::unique_ptr<Run> run = nullptr;           ///< while its end is waited for
+        RunEnd end = {};                              ///< of a run that is over
+        std::optional<asio::steady_timer> rest = {};  ///< the end of its pause
     };
 
-    Status openState();
+    Status openTable();
     Status openUploads();
-    void removeStrayUploads();
-    bool readsUploads(const proto::JobRequest& request) const;
-    Status openRunners();
-    bool findsRunsOfSlurm();
-    Status openSlurm();
     void goOn();
-    void goOnWith(JobRecord& record);
-    void removeStrayDirectories();
-    void removeStrayDrafts();
-
+    void removeStrays();
+    bool readsUploads(const proto::JobRequest& request) const;
     Status checkRoom(const std::string& client) const;
     std::uint32_t timeLimitOf(const JobWish& wish) const;
     const JobRecord* sameJob(const std::string& digest) const;
-    std::string madeBy(const JobRecord& record) const;
     bool isStillThere(const JobRecord& record) const;
-    Runner& runnerOf(const JobRecord& record) const;
-    Result<std::unique_ptr<Run>> findRun(std::string_view handle) const;
-    RunEnd endOfLost(std::string_view handle) const;
+    Result<JobRecord> finishedMaker(std::string_view id) const;
+
+    // What happens to jobs (job_runs.cpp).
+    JobLife lifeOf(const JobRecord& record) const;
+    void happens(JobRecord& record, JobEvent event, const std::string& why = {});
+    void perform(JobDeed deed, JobRecord& record, const std::string& why);
+    void waitAgain(JobRecord& record, const JobLife& life, const std::string& why);
+    void finish(JobRecord& record, const JobStep& last);
+    void clearAway(const JobRecord& record);
+    void discard(const JobRecord& record, const std::filesystem::path& folder);
 
     void scheduleSoon();
     void schedule();
-    std::size_t activeCount(bool film) const;
+    std::size_t placesTaken(bool film);
     void begin(JobRecord& record);
-    void begun(std::int64_t number, Result<std::unique_ptr<Run>> run);
-    void cannotBegin(JobRecord& record, const Error& error);
-    Result<std::filesystem::path> placeOf(const JobRecord& record) const;
     Result<RunOrder> prepare(const JobRecord& record, JobFiles& files,
                              const std::filesystem::path& output) const;
-    void watch(std::int64_t number, Active active);
-    void watchSoon();
-    void look();
+    void cannotBegin(JobRecord& record, const Error& error);
+    void begun(std::int64_t number, Result<std::unique_ptr<Run>> run);
+    void watch(JobRecord& record);
+    void lookSoon();
+    void lookAtProgress();
 
-    void end(std::int64_t number, const RunEnd& how);
-    void conclude(JobRecord& record, JobFiles& files, const RunEnd& end);
-    void concludeArtifact(JobRecord& record, JobFiles& files, const std::optional<JobFiles::Outcome>& outcome,
-                          const RunEnd& end);
-    void lost(JobRecord& record, JobFiles& files, const RunEnd& end);
-    void interrupted(JobRecord& record, JobFiles& files, const std::string& how);
-    void finish(JobRecord& record, proto::JobStatus::State state, std::string error = {});
+    void seek(JobRecord& record);
+    void conclude(JobRecord& record);
+    struct Verdict {
+        JobEvent event;
+        std::string why = {};
+    };
+    using MaybeOutcome = std::optional<JobFiles::Outcome>;
+    Verdict verdictOfDataset(const JobRecord& record, const MaybeOutcome& outcome, const RunEnd& end);
+    Verdict verdictOfArtifact(const JobRecord& record, const MaybeOutcome& outcome, const RunEnd& end) const;
+    static Verdict lostTo(const RunEnd& end);
 
-    /// What is called later: only while the queue lives.
-    template <class Call>
-    auto whileAlive(Call call) {
-        return [this, alive = std::weak_ptr(alive_), call = std::move(call)](const auto&... values) mutable {
-            if (!alive.expired()) call(values...);
-        };
-    }
-    // What the place, and no job, is to blame for (job_hold.cpp).
-    void rememberRoots();
-    void lookForRoots();
-    const Error* missingRoot(const JobRecord& record) const;
-    void hold(const Error& why);
+    void hold(const std::string& why);
     void lookAgainLater();
     void goOnAfterHold();
-    void waitAlone(JobRecord& record, const Error& why);
-    void waitForPlace(JobRecord& record, const Error& why);
-    void tryLater(JobRecord& record, JobFiles& files, const std::string& why);
-    void lookWhenPossible(JobRecord& record, std::optional<RunEnd> end, const Error& why);
-    void lookAtUnsure();
-    void tellWhyItWaits(JobRecord& record, const Error& why);
-
+    void tellWhyItWaits(JobRecord& record, const std::string& why);
     /// Stores the record and then tells the listener, soon. Errors: as JobTable::save; the queue is held
     /// then, and the listener hears of it when it is stored.
     Status changed(const JobRecord& record);
     /// Tells the listener, soon.
     void tell(const JobRecord& record);
-    /// Its end is stored: nothing of it is needed any more, but for a film.
-    void clearAway(const JobRecord& record);
-    std::filesystem::path directoryOf(const JobRecord& record) const;
-    Result<JobRecord> finishedMaker(std::string_view id) const;
-    void discard(const JobRecord& record, const std::filesystem::path& folder);
-    void removeSoon(const std::filesystem::path& folder);
-    /// Does it on a thread that may take long.
-    void onDisk(std::function<void()> work);
-    void discardDraft(const std::filesystem::path& output, const std::string& job);
-    static std::int64_t nowMs();
+
+    /// What is called later: only while the queue lives.
+    template <class Call>
+    auto whileAlive(Call call) {
+        return [alive = std::weak_ptr(alive_), call = std::move(call)](auto&&... values) mutable {
+            if (!alive.expired()) call(std::forward<decltype(values)>(values)...);
+        };
+    }
+    std::filesystem::path directoryOf(const JobRecord& record) const {
+        return settings_.stateDirectory / "jobs" / record.status.id();
+    }
 
     asio::io_context& context_;
     JobSettings settings_;
     storage::Roots roots_;
+    RootWatch rootWatch_;
+    std::optional<StateDirectory> state_;
     std::filesystem::path uploads_;  // empty: there are none
-    storage::FileDescriptor lock_;   // held: no other server has this state directory
     std::optional<JobTable> table_;
-    std::unique_ptr<Runner> local_, slurm_;  // slurm_: null where there is no such runner
-    std::map<std::int64_t, Active> active_;  // by the job's number
-    std::map<std::int64_t, bool> starting_;  // with their runner; by the job's number, whether it is a film
-    /// A job of which it cannot be seen now whether it runs, or what came of it.
-    struct Unsure {
-        bool film = false;
-        std::optional<RunEnd> end;  ///< it has ended, like this
-    };
-    std::map<std::int64_t, Unsure> unsure_;  // by number
-    /// A job whose run found the place at fault.
-    struct Again {
-        int tries = 0;
-        asio::steady_timer timer;
-        bool waits = false;  ///< for the timer
-    };
-    std::map<std::int64_t, Again> again_;  // by number
-    asio::steady_timer timer_;
+    std::optional<Runners> runners_;
+    std::map<std::int64_t, Live> live_;  // by the job's number
     Listener listener_;
-    /// A root's folder, and the file system that it lay in when the server began.
-    struct RootPlace {
-        std::string name;
-        std::filesystem::path folder;
-        std::uint64_t device = 0;
-    };
-    std::vector<RootPlace> rootPlaces_;
-    asio::steady_timer holdTimer_;
+    asio::steady_timer progressTimer_, holdTimer_;
     std::chrono::milliseconds holdFor_{0};  // how long the next hold is
-    std::map<std::string, Error> away_;     // roots, by name, when they were last looked for
     bool knowsAll_ = true;                  // jobs in the state directory, but for a broken database
     bool held_ = false;                     // nothing begins
     bool waiting_ = false;                  // the hold's timer runs
     bool scheduling_ = false;               // schedule() is posted
-    bool looking_ = false;                  // the timer runs
+    bool looking_ = false;                  // the timer for progress runs
     std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-    asio::thread_pool disk_{1};  // what takes longer than the others should wait; last: it ends first
+    DiskWork disk_;  // last: it ends first
 };
 
 }  // namespace mote::server

@@ -7,8 +7,8 @@
 #include <iterator>
 
 #include "protocol/scene/job_request.h"
-#include "server/jobs/artifact_files.h"
-#include "server/jobs/find_program.h"
+#include "server/jobs/job_environment.h"
+#include "server/jobs/job_files.h"
 #include "server/jobs/uploads.h"
 
 namespace mote::server {

@@ -24,6 +24,8 @@ class io_context;
 
 namespace mote::server {
 
+struct JobSettings;
+
 /// The descriptor to which a job's program writes its progress.
 inline constexpr int progressDescriptor = 3;
 
@@ -91,5 +93,38 @@ std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesyst
 
 /// The words with which mote-supervise is started for an order, its own path first.
 std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor);
+
+/// The programs of Slurm are those in PATH (checkRunner); STATE and the roots must lie where its nodes see
+/// them. The context outlives the runner and its runs. Errors: permissionDenied, resourceExhausted, internal
+/// (the script cannot be written).
+Result<std::unique_ptr<Runner>> makeSlurmRunner(asio::io_context& context, const JobSettings& settings);
+
+/// Whether there is such a runner, and its programs are in PATH. `ranks`: of a job. Errors: invalidArgument
+/// (there is no such runner), notFound (the first program that is missing).
+Status checkRunner(std::string_view runner, unsigned ranks);
+
+/// Runners: those of a server. Films run on its own machine always.
+class Runners {
+  public:
+    /// `handles`: of runs that an earlier server began; `waiting`: ids of jobs that none was stored for.
+    /// Errors: as checkRunner and makeSlurmRunner. Runs of Slurm are found again by a server that runs its
+    /// jobs otherwise now; where there is no Slurm any more they are lost, and the server is not.
+    static Result<Runners> open(asio::io_context& context, const JobSettings& settings,
+                                const std::vector<std::string>& handles,
+                                const std::vector<std::string>& waiting);
+
+    Runner& of(bool film) const { return useSlurm_ && !film ? *slurm_ : *local_; }
+    /// As Runner::find.
+    Result<std::unique_ptr<Run>> find(std::string_view handle) const;
+    /// Of a run that was not found. Where nobody can be asked it may still run: it is not begun a second
+    /// time.
+    RunEnd endOfLost(std::string_view handle) const;
+
+  private:
+    Runners() = default;
+
+    std::unique_ptr<Runner> local_, slurm_;  // slurm_: null where there is no such runner
+    bool useSlurm_ = false;
+};
 
 }  // namespace mote::server

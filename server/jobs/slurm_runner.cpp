@@ -1,25 +1,153 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/slurm_runner.h"
-
+//
+// The runner that hands jobs to Slurm. Each becomes a batch job named "mote-ID" on one node: a fixed script
+// that starts mote-supervise with the words that it gets; the user's own words are in the request file only.
+// It is submitted held, and released once its number is stored. How it goes is asked of squeue, and of sacct
+// where that knows it no more.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <asio/io_context.hpp>
+#include <asio/posix/stream_descriptor.hpp>
+#include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
+#include <chrono>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "protocol/scene/system_error.h"
 #include "protocol/scene/utf8.h"
-#include "server/jobs/find_program.h"
-#include "server/jobs/run_command.h"
+#include "server/jobs/job_environment.h"
+#include "server/jobs/job_files.h"
+#include "server/jobs/job_settings.h"
 #include "server/jobs/slurm_state.h"
 #include "server/log.h"
 #include "storage/files/dataset_file.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::server {
 namespace {
+
+using storage::FileDescriptor;
+using Done = std::function<void(Result<std::string>)>;
+
+constexpr std::chrono::seconds kPatience(60);
+constexpr std::size_t kMostOutput = std::size_t{4} << 20;  // bytes
+constexpr std::size_t kLongestReason = 300;                // bytes
+
+/// Output goes to memory: nobody need read while it runs.
+FileDescriptor memoryFile(const char* name) {
+    return FileDescriptor(memfd_create(name, MFD_CLOEXEC));
+}
+
+std::string contentOf(const FileDescriptor& file) {
+    struct stat status {};
+    if (!file.valid() || fstat(file.get(), &status) != 0) return {};
+    std::string text(std::min(static_cast<std::size_t>(status.st_size), kMostOutput), '\0');
+    const auto got = pread(file.get(), text.data(), text.size(), 0);
+    text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    return text;
+}
+
+std::string lastLine(std::string text) {
+    while (text.ends_with('\n')) text.pop_back();
+    return plainText(text.substr(text.rfind('\n') + 1), kLongestReason);
+}
+
+/// Lives as long as its handlers.
+class Command : public std::enable_shared_from_this<Command> {
+  public:
+    Command(asio::io_context& context, std::vector<std::string> words, Done done)
+        : words_(std::move(words)), done_(std::move(done)), process_(context), deadline_(context) {}
+
+    void start() {
+        const int error = spawn();
+        if (error != 0) {
+            const auto code = error == ENOENT ? ErrorCode::notFound : ErrorCode::resourceExhausted;
+            return later(Error{code, words_.front(), "cannot be started: " + systemMessage(error)});
+        }
+        const int process = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
+        std::error_code code;
+        if (process >= 0) process_.assign(process, code);
+        if (process < 0 || code) {
+            kill(pid_, SIGKILL);
+            waitpid(pid_, nullptr, 0);
+            return later(Error{ErrorCode::resourceExhausted, words_.front(), "cannot be watched"});
+        }
+        process_.async_wait(asio::posix::stream_descriptor::wait_read,
+                            [self = shared_from_this()](const std::error_code& failed) {
+                                if (!failed) self->ended();
+                            });
+        deadline_.expires_after(kPatience);
+        deadline_.async_wait([self = shared_from_this()](const std::error_code& failed) {
+            if (failed) return;
+            self->late_ = true;
+            kill(self->pid_, SIGKILL);
+        });
+    }
+
+  private:
+    /// 0 or an errno.
+    int spawn() {
+        std::vector<char*> argv;
+        for (auto& word : words_) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        posix_spawn_file_actions_t files;
+        posix_spawn_file_actions_init(&files);
+        int error = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
+        if (error == 0) error = posix_spawn_file_actions_adddup2(&files, output_.get(), 1);
+        if (error == 0) error = posix_spawn_file_actions_adddup2(&files, errors_.get(), 2);
+        if (error == 0) error = posix_spawn_file_actions_addclosefrom_np(&files, 3);
+        if (error == 0) error = posix_spawn(&pid_, argv[0], &files, nullptr, argv.data(), environ);
+        posix_spawn_file_actions_destroy(&files);
+        return error;
+    }
+
+    void ended() {
+        deadline_.cancel();
+        int status = 0;
+        waitpid(pid_, &status, 0);
+        auto done = std::exchange(done_, nullptr);
+        if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return done(contentOf(output_));
+        const auto said = lastLine(contentOf(errors_));
+        done(Error{ErrorCode::resourceExhausted, words_.front(),
+                   late_ ? "does not answer" : (said.empty() ? "failed without a word" : said)});
+    }
+
+    void later(Error error) {
+        asio::post(process_.get_executor(),
+                   [self = shared_from_this(), error = std::move(error)] { self->done_(error); });
+    }
+
+    std::vector<std::string> words_;
+    Done done_;
+    const FileDescriptor output_ = memoryFile("output"), errors_ = memoryFile("errors");
+    asio::posix::stream_descriptor process_;  // a pidfd
+    asio::steady_timer deadline_;
+    pid_t pid_ = 0;
+    bool late_ = false;
+};
+
+/// Runs a short program of the system, sbatch say, without waiting for it. `done` is called once, from the
+/// io_context, with what the program (its first word, a path) printed on stdout. It has a minute. Errors:
+/// notFound (the program), resourceExhausted (it failed, with what it printed last on stderr, or took too
+/// long: the place is to blame).
+void runCommand(asio::io_context& context, std::vector<std::string> words, Done done) {
+    std::make_shared<Command>(context, std::move(words), std::move(done))->start();
+}
 
 constexpr std::string_view slurmPrefix = "slurm ";  // of handles
 constexpr std::chrono::milliseconds kLongestPause(30000);
@@ -271,7 +399,8 @@ void SlurmRunner::submit(const RunOrder& order, const Started& started) {
 
 Result<std::unique_ptr<Run>> SlurmRunner::find(std::string_view handle) {
     std::unique_ptr<Run> run;
-    const auto number = isSlurmHandle(handle) ? parseNumber(handle.substr(slurmPrefix.size())) : std::nullopt;
+    const auto number =
+        handle.starts_with(slurmPrefix) ? parseNumber(handle.substr(slurmPrefix.size())) : std::nullopt;
     if (number) run = std::make_unique<SlurmRun>(slurm_, *number, true);
     return run;
 }
@@ -284,10 +413,6 @@ Result<std::unique_ptr<Runner>> makeSlurmRunner(asio::io_context& context, const
     std::filesystem::remove(script, code);
     MOTE_RETURN_IF_ERROR(storage::writeNewFile(script, kScript));
     return std::unique_ptr<Runner>(std::make_unique<SlurmRunner>(context, settings, script));
-}
-
-bool isSlurmHandle(std::string_view handle) {
-    return handle.starts_with(slurmPrefix);
 }
 
 }  // namespace mote::server

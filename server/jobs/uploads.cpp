@@ -11,7 +11,7 @@
 #include <cerrno>
 
 #include "protocol/scene/system_error.h"
-#include "server/jobs/own_files.h"
+#include "server/jobs/state_directory.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/supervise/child_end.h"
+#include "server/jobs/supervise/supervise.h"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -8,8 +8,6 @@
 #include <cerrno>
 #include <chrono>
 #include <optional>
-
-#include "server/jobs/supervise/leftovers.h"
 
 namespace mote::server {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/supervise/leftovers.h"
+#include "server/jobs/supervise/supervise.h"
 
 #include <signal.h>
 #include <sys/prctl.h>

@@ -20,7 +20,7 @@
 
 #include "protocol/scene/system_error.h"
 #include "server/jobs/supervise/call_lists.h"
-#include "server/jobs/supervise/rights.h"
+#include "server/jobs/supervise/supervise.h"
 
 namespace mote::server {
 namespace {

@@ -8,7 +8,7 @@
 #include <cerrno>
 
 #include "protocol/scene/system_error.h"
-#include "server/jobs/supervise/rights.h"
+#include "server/jobs/supervise/supervise.h"
 #include "storage/files/real_path.h"
 
 namespace mote::server {

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "protocol/scene/system_error.h"
-#include "server/jobs/supervise/rights.h"
+#include "server/jobs/supervise/supervise.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {

@@ -28,11 +28,7 @@
 #include "protocol/scene/complain.h"
 #include "protocol/scene/system_error.h"
 #include "server/jobs/job_environment.h"
-#include "server/jobs/supervise/child_end.h"
-#include "server/jobs/supervise/leftovers.h"
-#include "server/jobs/supervise/order.h"
-#include "server/jobs/supervise/rights.h"
-#include "server/jobs/supervise/staging.h"
+#include "server/jobs/supervise/supervise.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {

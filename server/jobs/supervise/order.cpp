@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/supervise/order.h"
+#include "server/jobs/supervise/supervise.h"
 
 #include <charconv>
 #include <string_view>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/supervise/staging.h"
+#include "server/jobs/supervise/supervise.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -13,7 +13,7 @@
 #include <asio/write.hpp>
 #include <stdexcept>
 
-#include "server/app/identity_file.h"
+#include "server/app/entrance.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::server {

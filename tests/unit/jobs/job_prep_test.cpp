@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "server/jobs/runner_check.h"
+#include "server/jobs/runner.h"
 #include "tests/unit/jobs/job_fixture.h"
 
 namespace mote::server {

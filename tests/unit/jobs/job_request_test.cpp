@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "server/jobs/job_files.h"
-#include "server/jobs/job_request_check.h"
+#include "server/jobs/job_inputs.h"
 
 namespace mote::server {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "server/jobs/job_store.h"
 #include "server/jobs/run_orders.h"
-#include "server/jobs/runner_check.h"
+#include "server/jobs/runner.h"
 #include "tests/unit/jobs/job_fixture.h"
 
 namespace mote::server {

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/drafts.h"
+#include "server/jobs/disk_work.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <stdio.h>
 #include <sys/random.h>
 
+#include <asio/post.hpp>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
+#include <utility>
 
+#include "server/jobs/job_inputs.h"
 #include "storage/files/real_path.h"
 
 namespace mote::server {
@@ -59,12 +63,12 @@ void sweepFolder(const fs::path& path, const Wanted& wanted) {
     for (const auto& draft : stale) fs::remove_all(draft, code);
 }
 
-}  // namespace
-
+/// Of the job with this id, whose output is to lie there (a real path).
 fs::path draftOf(const fs::path& output, std::string_view job) {
     return fmt::format("{}.partial-{}", output.string(), job);
 }
 
+/// Its new name; empty: there is no draft.
 fs::path setDraftAside(const fs::path& output, std::string_view job) {
     const auto draft = draftOf(output, job);
     const auto folder = openFolder(draft.parent_path());
@@ -75,19 +79,50 @@ fs::path setDraftAside(const fs::path& output, std::string_view job) {
     return renamed == 0 ? aside : fs::path();
 }
 
-void removeDraft(const fs::path& draft) {
-    const auto folder = openFolder(draft.parent_path());
-    std::error_code code;
-    if (folder) fs::remove_all(nameOf(*folder) / draft.filename(), code);
-}
-
-void sweepDrafts(const std::vector<DraftOwner>& owners) {
+void sweepFolders(const storage::Roots& roots, const std::vector<DraftOwner>& owners) {
     std::map<fs::path, Wanted> folders;
-    for (const auto& [output, job, live] : owners) {
-        auto& wanted = folders[output.parent_path()];
-        (live ? wanted.live : wanted.dead).insert(draftOf(output, job).filename().string());
+    for (const auto& [name, job, live] : owners) {
+        proto::JobRequest request;
+        request.set_output(name);
+        const auto output = findOutput(request, roots);
+        if (!output.ok()) continue;
+        auto& wanted = folders[output->path.parent_path()];
+        (live ? wanted.live : wanted.dead).insert(draftOf(output->path, job).filename().string());
     }
     for (const auto& [folder, wanted] : folders) sweepFolder(folder, wanted);
+}
+
+}  // namespace
+
+DiskWork::~DiskWork() {
+    thread_.stop();
+    thread_.join();
+}
+
+void DiskWork::post(std::function<void()> work) {
+    asio::post(thread_, std::move(work));
+}
+
+void DiskWork::remove(const fs::path& folder) {
+    post([folder] {
+        std::error_code code;
+        fs::remove_all(folder, code);
+    });
+}
+
+void DiskWork::removeDraft(const fs::path& output, const std::string& job) {
+    const auto aside = setDraftAside(output, job);
+    if (aside.empty()) return;
+    // Whatever became of its parents' names meanwhile.
+    post([aside] {
+        const auto folder = openFolder(aside.parent_path());
+        std::error_code code;
+        if (folder) fs::remove_all(nameOf(*folder) / aside.filename(), code);
+    });
+}
+
+void DiskWork::sweepDrafts(const storage::Roots& roots, std::vector<DraftOwner> owners) {
+    post([roots, owners = std::move(owners)] { sweepFolders(roots, owners); });
 }
 
 }  // namespace mote::server

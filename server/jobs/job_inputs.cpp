@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/request_digest.h"
+#include "server/jobs/job_inputs.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/io/coded_stream.h>
@@ -7,11 +7,14 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <set>
 #include <span>
-#include <vector>
+#include <utility>
 
 #include "protocol/scene/job_request.h"
+#include "protocol/scene/system_error.h"
+#include "server/log.h"
 #include "storage/hash.h"
 
 namespace mote::server {
@@ -78,7 +81,43 @@ std::string identityOfUpload(const fs::path& path) {
     return ::stat(path.c_str(), &status) == 0 ? textOf(status) : std::string();
 }
 
+/// An error about a path, told of the field that holds it.
+Error ofField(const std::string& field, const Error& error) {
+    return {error.code, field, error.toString()};
+}
+
 }  // namespace
+
+Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Roots& roots) {
+    const auto& name = request.output();
+    JobOutput output;
+    auto path = roots.resolveNew(name);
+    if (!path.ok() && path.error().code == ErrorCode::alreadyExists) {
+        output.exists = true;
+        path = roots.resolveExisting(name);
+    }
+    if (!path.ok()) return path.error();
+    output.path = *std::move(path);
+    for (const auto& entry : roots.entries()) {
+        if (name.starts_with(entry.name + "/")) output.root = entry.folder;
+    }
+    return output;
+}
+
+Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots) {
+    MOTE_ASSIGN_OR_RETURN(const auto request, parseJobRequest(message));
+    for (const auto& input : request.inputs) {
+        const auto path = roots.resolveExisting(input.name);
+        if (!path.ok()) return ofField(input.field, path.error());
+    }
+    if (staysWithJob(message)) return JobOutput{};
+    auto output = findOutput(message, roots);
+    if (!output.ok()) return ofField("output", output.error());
+    if (output->exists) {
+        return Error{ErrorCode::alreadyExists, "output", fmt::format("{} exists already", message.output())};
+    }
+    return output;
+}
 
 std::string identityOf(const fs::path& path) {
     struct stat status {};
@@ -98,6 +137,47 @@ std::string requestDigest(const proto::JobRequest& request, const storage::Roots
         text += fmt::format("\n{} {} {}", name.size(), name, identity);
     }
     return storage::hash128(std::as_bytes(std::span(text)));
+}
+
+std::string identityOfOutput(const proto::JobRequest& request, const storage::Roots& roots) {
+    const auto output = findOutput(request, roots);
+    return output.ok() && output->exists ? identityOf(output->path) : std::string();
+}
+
+RootWatch::RootWatch(const storage::Roots& roots) {
+    for (const auto& entry : roots.entries()) {
+        struct stat status {};
+        if (::stat(entry.folder.c_str(), &status) == 0)
+            places_.push_back({entry.name, entry.folder, status.st_dev});
+    }
+}
+
+/// The folder alone may still be there, empty, when what was mounted on it is gone.
+void RootWatch::look() {
+    const auto before = std::exchange(away_, {});
+    for (const auto& root : places_) {
+        struct stat status {};
+        if (::stat(root.folder.c_str(), &status) != 0) {
+            away_.emplace(root.name, systemError(errno, root.folder.string(), "a folder of data is away"));
+        } else if (status.st_dev != root.device) {
+            away_.emplace(root.name, notFound(root.folder.string(),
+                                              "another file system lies there than when the server began"));
+        }
+    }
+    for (const auto& [name, error] : away_) {
+        if (!before.contains(name)) log::warn("jobs of root \"{}\" wait: {}", name, error.toString());
+    }
+}
+
+const Error* RootWatch::missing(const proto::JobRequest& request) const {
+    if (away_.empty()) return nullptr;
+    auto names = jobInputs(request);
+    names.push_back({"output", request.output()});
+    for (const auto& [field, name] : names) {
+        const auto root = away_.find(name.substr(0, name.find('/')));
+        if (root != away_.end()) return &root->second;
+    }
+    return nullptr;
 }
 
 }  // namespace mote::server
