@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// KeptNotes: a Progress that passes on what it is told, each sentence once, and keeps the notes for the manifest:
-// what was assumed, changed or left out stays with the dataset. One owner; note() is asked by one thread at a time.
+// KeptNotes: a Progress that passes on what it is told, each sentence once, and keeps the notes for the
+// manifest: what was assumed, changed or left out stays with the dataset. One owner; note() is asked by one
+// thread at a time.
 #pragma once
 
 #include <algorithm>

@@ -48,7 +48,8 @@ Result<proto::Manifest> finishDataset(storage::DatasetWriter& writer,
                                       Progress& progress) {
     for (const auto name : names) {
         for (const char* suffix : {".h5", ".digest"})
-            MOTE_RETURN_IF_ERROR(writer.add(std::string(name) + suffix, [&] { return progress.cancelled(); }));
+            MOTE_RETURN_IF_ERROR(
+                writer.add(std::string(name) + suffix, [&] { return progress.cancelled(); }));
     }
     MOTE_RETURN_IF_ERROR(publishDataset(writer, manifest, progress));
     progress.report(1.0, "done");

@@ -7,9 +7,9 @@
 #include "preprocess/kept_notes.h"
 #include "preprocess/look/look_at.h"
 #include "preprocess/look/silent_notes.h"
+#include "preprocess/readers/format_detection.h"
 #include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/particle_source.h"
-#include "preprocess/readers/format_detection.h"
 
 namespace mote::prep {
 namespace {

@@ -7,8 +7,8 @@
 #include <charconv>
 #include <vector>
 
-#include "protocol/scene/view_message.h"
 #include "protocol/scene/plot_density.h"
+#include "protocol/scene/view_message.h"
 #include "protocol/scene/view_parts.h"
 #include "server/render/layers/ink/density_grid.h"
 #include "tests/support/generated_mesh.h"

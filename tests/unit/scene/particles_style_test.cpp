@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "protocol/scene/srgb.h"
 #include "protocol/scene/field_visitor.h"
+#include "protocol/scene/srgb.h"
 
 namespace mote {
 namespace {

@@ -130,7 +130,7 @@ std::string textOf(const std::filesystem::path& path) {
     return text.str();
 }
 
-/// All that a text holds, be it a view or a script; none where it is neither.
+/// All that a text holds, be it a view or a script; none if it is neither.
 std::vector<proto::View> viewsIn(const std::string& text) {
     proto::View view;
     if (parseJson(text, view, "text").ok()) return {view};
