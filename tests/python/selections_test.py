@@ -6,8 +6,7 @@ import unittest
 
 import numpy as np
 from PIL import Image as pil
-from support import BIN, mote, needs_server  # isort: skip
-from server_test import WithServer
+from support import BIN, BeamCase, mote, needs_server  # isort: skip
 
 try:
     import h5py
@@ -32,7 +31,7 @@ def run(program, *words):
 
 
 @needs_server
-class Selections(WithServer):
+class Selections(BeamCase):
     def counts(self, select):
         return self.ds.statistics(select=select)["n_particle"].tolist()
 
