@@ -111,7 +111,7 @@ const std::vector<GoldenScene>& goldenColors() {
         {"coloredMean", 0.2, 0.1, 0.03},
         {"coloredWithHoles", 0.2, 0.1, 0.03},
         // Which of two points of nearly one depth is the nearest hangs on rounding.
-        {"coloredOpaque", 0.2, 0.05, 0.05, {50.0, 0.999, 32}},
+        {"coloredOpaque", 0.2, 0.05, 0.05, {50.0, 0.999, 40}},
         {"marks", 0.15, 0.0, 0.0},
     };
     return all;
