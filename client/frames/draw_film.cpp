@@ -76,7 +76,7 @@ FilmRun::FilmRun(const FilmOrder& order, std::vector<PictureServer*> servers, st
 
 /// Everything that decides a frame's bytes.
 std::string FilmRun::keyOf(const std::vector<proto::View>& views) const {
-    std::string text = fmt::format("2\n{}\n{}\n{}\n", name(order_.format), dataKey_, order_.exposure.side());
+    std::string text = fmt::format("3\n{}\n{}\n{}\n", name(order_.format), dataKey_, order_.exposure.side());
     if (order_.page) text += toJsonLine(*order_.page) + "\n";
     for (const auto& view : views) text += toJsonLine(view) + "\n";
     return client::keyOf(text);

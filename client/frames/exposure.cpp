@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/frames/exposure.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <half.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
@@ -56,8 +57,11 @@ std::vector<float> lightOf(const FramePixels& pixels) {
         std::transform(pixels.bytes.begin(), pixels.bytes.end(), light.begin(),
                        [&](std::uint8_t byte) { return table[byte]; });
     } else {
-        OIIO::convert_pixel_values(OIIO::TypeDesc::HALF, pixels.bytes.data(), OIIO::TypeDesc::FLOAT,
-                                   light.data(), static_cast<int>(values));
+        for (std::size_t i = 0; i < values; ++i) {
+            half value;
+            std::memcpy(&value, &pixels.bytes[i * sizeof(half)], sizeof(half));
+            light[i] = value;
+        }
     }
     return light;
 }
@@ -68,9 +72,11 @@ std::vector<std::uint8_t> bytesOf(const std::vector<float>& rgba, proto::PixelFo
         std::transform(rgba.begin(), rgba.end(), bytes.begin(), encoded);
         return bytes;
     }
-    std::vector<std::uint8_t> bytes(rgba.size() * 2);
-    OIIO::convert_pixel_values(OIIO::TypeDesc::FLOAT, rgba.data(), OIIO::TypeDesc::HALF, bytes.data(),
-                               static_cast<int>(rgba.size()));
+    std::vector<std::uint8_t> bytes(rgba.size() * sizeof(half));
+    for (std::size_t i = 0; i < rgba.size(); ++i) {
+        const half value(rgba[i]);
+        std::memcpy(&bytes[i * sizeof(half)], &value, sizeof(half));
+    }
     return bytes;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Picture files: pixels as PNG, EXR or JPEG, written by OpenImageIO; SVG, EPS and PDF as the server made
-// them. The same pixels and key give the same bytes: no dates, hosts or versions are written. A file appears
-// by one rename and is whole then. Functions; any thread.
+// Picture files: pixels as PNG (libdeflate), EXR (OpenEXR) or JPEG (libjpeg-turbo); SVG, EPS and PDF as the
+// server made them. The same pixels and key give the same bytes: no dates, hosts or versions are written. A
+// file appears by one rename and is whole then. Functions; any thread.
 #pragma once
 
 #include <cstdint>
@@ -48,5 +48,9 @@ Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8
 /// all its pixels are read and its size is `width` x `height`. Of a document only the end is looked at.
 std::optional<std::string> readPictureKey(const std::filesystem::path& path, PictureFormat format,
                                           std::uint32_t width, std::uint32_t height);
+
+/// A picture file that mote-frames wrote, as SRGB8. Errors: notFound (there is none, or no picture), corrupt,
+/// unsupported (linear pixels).
+Result<FramePixels> readPictureFrame(const std::filesystem::path& path);
 
 }  // namespace mote::client

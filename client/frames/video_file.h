@@ -33,9 +33,6 @@ using FrameReader = std::function<Result<FramePixels>(std::size_t index)>;
 Status videoOfFrames(const std::filesystem::path& path, const VideoSettings& settings, std::size_t count,
                      const FrameReader& frame, std::string_view key = {});
 
-/// A picture file that mote-frames wrote, as a frame. Errors: notFound, corrupt, unsupported (linear pixels).
-Result<FramePixels> readPictureFrame(const std::filesystem::path& path);
-
 class VideoFile final : public FrameSink {
   public:
     /// `key`: of the whole film, 32 hexadecimal digits, which the video keeps; `pictures`: also gets each

@@ -1,32 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/window.h"
 
-#include <OpenImageIO/imageio.h>
 #include <epoxy/gl.h>
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include "client/shared/part_file.h"
+#include "client/shared/png_file.h"
 
 namespace mote::client {
 
 Status writeScreenshot(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
                        int height) {
-    auto partial = path;
-    partial.replace_filename(fmt::format(".{}.{}.png", path.filename().string(), getpid()));
-    const auto fail = [&](const std::string& reason) -> Status {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
-        return Error{ErrorCode::permissionDenied, path.string(), "cannot be written: " + reason};
-    };
-    auto output = OIIO::ImageOutput::create(partial.string());
-    if (!output) return fail(OIIO::geterror());
-    const OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
-    if (!output->open(partial.string(), spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgb.data()) ||
-        !output->close()) {
-        return fail(output->geterror());
-    }
-    std::error_code code;
-    std::filesystem::rename(partial, path, code);
-    return code ? fail(code.message()) : success();
+    if (width < 1 || height < 1) return invalid(path.string(), "the window shows no picture to be kept");
+    const auto bytes =
+        encodePng({static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), 8, 3, rgb});
+    MOTE_ASSIGN_OR_RETURN(const auto part, PartFile::create(path));
+    MOTE_RETURN_IF_ERROR(part->append(bytes));
+    return part->publish();
 }
 
 }  // namespace mote::client

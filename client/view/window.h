@@ -73,8 +73,8 @@ class PictureTexture {
     std::uint32_t width_ = 0, height_ = 0;
 };
 
-/// Writes pixels as a PNG that appears by one rename: RGB, 8 bits, row 0 on top. Errors: permissionDenied or
-/// resourceExhausted with the file's name.
+/// Writes pixels as a PNG that appears by one rename: RGB, 8 bits, row 0 on top. Errors: PartFile's,
+/// invalidArgument (a window without a size), with the file's name.
 Status writeScreenshot(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
                        int height);
 
