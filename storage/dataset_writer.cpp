@@ -63,11 +63,15 @@ DatasetWriter::~DatasetWriter() {
 
 Status DatasetWriter::add(const std::string& name, const std::function<bool()>& cancelled) {
     MOTE_ASSIGN_OR_RETURN(auto hash, hashFile(partial_ / name, cancelled));
+    add(name, std::move(hash));
+    return success();
+}
+
+void DatasetWriter::add(const std::string& name, FileHash hash) {
     auto& entry = files_.emplace_back();
     entry.set_name(name);
     entry.set_size(hash.size);
     entry.set_xxh3_128(std::move(hash.xxh3_128));
-    return success();
 }
 
 /// Each byte of a file was read back once, after it was closed, for the hash that add() took of it. What can

@@ -11,6 +11,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/hash.h"
 
 namespace mote::storage {
 
@@ -36,6 +37,8 @@ class DatasetWriter {
     /// Takes a complete file of directory(), which nobody has open any more to write, into the dataset: its
     /// size and hash, of what is read back through a descriptor of its own. Errors: as hashFile.
     Status add(const std::string& name, const std::function<bool()>& cancelled = {});
+    /// The same of a file whose hash is known of what was read back.
+    void add(const std::string& name, FileHash hash);
     /// Those added so far, in their order.
     const std::vector<proto::FileEntry>& files() const { return files_; }
 

@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "protocol/scene/system_error.h"
+#include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {
@@ -31,6 +32,25 @@ std::string hash128(std::span<const std::byte> bytes) {
     return toHex(XXH3_128bits(bytes.data(), bytes.size()));
 }
 
+struct FileHasher::State {
+    XXH3_state_t hash{};
+};
+
+FileHasher::FileHasher() : state_(std::make_unique<State>()) {
+    XXH3_128bits_reset(&state_->hash);
+}
+
+FileHasher::~FileHasher() = default;
+
+void FileHasher::add(std::span<const std::byte> bytes) {
+    XXH3_128bits_update(&state_->hash, bytes.data(), bytes.size());
+    size_ += bytes.size();
+}
+
+FileHash FileHasher::hash() const {
+    return {size_, toHex(XXH3_128bits_digest(&state_->hash))};
+}
+
 Result<FileHash> hashFile(const std::filesystem::path& path, const std::function<bool()>& cancelled) {
     const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
@@ -39,22 +59,20 @@ Result<FileHash> hashFile(const std::filesystem::path& path, const std::function
 
 Result<FileHash> hashFile(int descriptor, const std::filesystem::path& name,
                           const std::function<bool()>& cancelled) {
-    XXH3_state_t state{};
-    XXH3_128bits_reset(&state);
+    FileHasher hasher;
     constexpr std::size_t piece = 4 * blockBytes;
-    const auto buffer = std::make_unique_for_overwrite<char[]>(piece);  // not cleared: most files are short
-    FileHash result;
+    const auto buffer = std::make_unique_for_overwrite<std::byte[]>(piece);  // not cleared: most are short
+    std::uint64_t size = 0;
     while (true) {
         if (cancelled && cancelled()) return Error{ErrorCode::cancelled, name.string(), "cancelled"};
-        const ssize_t got = ::pread(descriptor, buffer.get(), piece, static_cast<off_t>(result.size));
+        const auto got = readPast(descriptor, size, {buffer.get(), piece});
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return systemError(errno, name.string(), "cannot be read");
         if (got == 0) break;
-        XXH3_128bits_update(&state, buffer.get(), static_cast<std::size_t>(got));
-        result.size += static_cast<std::uint64_t>(got);
+        hasher.add({buffer.get(), static_cast<std::size_t>(got)});
+        size += static_cast<std::uint64_t>(got);
     }
-    result.xxh3_128 = toHex(XXH3_128bits_digest(&state));
-    return result;
+    return hasher.hash();
 }
 
 }  // namespace mote::storage

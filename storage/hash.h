@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -28,7 +29,22 @@ struct FileHash {
     std::string xxh3_128;    ///< 32 hexadecimal digits
 };
 
-/// Reads a regular file to its end. Errors: notFound, permissionDenied, internal, cancelled.
+/// The hash of a whole file, of which part comes after part. One thread at a time.
+class FileHasher {
+  public:
+    FileHasher();
+    ~FileHasher();
+    void add(std::span<const std::byte> bytes);
+    FileHash hash() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+    std::uint64_t size_ = 0;
+};
+
+/// Reads a regular file to its end, past the system's cache. Errors: notFound, permissionDenied, internal,
+/// cancelled.
 Result<FileHash> hashFile(const std::filesystem::path& path, const std::function<bool()>& cancelled = {});
 /// The same of an open one, called `name`; where it is read next stays the same.
 Result<FileHash> hashFile(int descriptor, const std::filesystem::path& name,

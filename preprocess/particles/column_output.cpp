@@ -2,6 +2,7 @@
 #include "preprocess/particles/column_output.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -16,7 +17,6 @@
 #include <utility>
 
 #include "preprocess/on_threads.h"
-#include "preprocess/particles/record_store.h"
 #include "preprocess/particles/step_statistics.h"
 #include "storage/arrays/array_file.h"
 #include "storage/particles/mapped_columns.h"
@@ -68,6 +68,7 @@ struct IdArrays {
 constexpr std::uint64_t idsAtOnce = std::uint64_t{1} << 18;
 constexpr unsigned bucketBits = 12;
 constexpr std::size_t buckets = std::size_t{1} << bucketBits;
+constexpr std::uint32_t nothing = 0xffffffff;  // more than any point
 
 struct Entry {
     std::uint64_t id;
@@ -77,23 +78,71 @@ struct Entry {
 
 class IndexWriter {
   public:
-    IndexWriter(const storage::ArrayFileWriter& file, const IdArrays& arrays, std::uint64_t memory,
-                const Progress& progress)
+    IndexWriter(const storage::ArrayFileWriter& file, const IdArrays& arrays, const ColumnsRequest& request)
         : file_(file),
           arrays_(arrays),
-          most_(std::max<std::uint64_t>(memory / 4 * 3 / sizeof(Entry), idsAtOnce)),
-          progress_(progress),
-          counts_(buckets) {}
+          mostBytes_(request.memory / 4 * 3),
+          stores_(request.stores),
+          progress_(*request.progress) {}
 
     Status run() {
         if (arrays_.points == 0) return success();
         MOTE_RETURN_IF_ERROR(findRange());
+        MOTE_ASSIGN_OR_RETURN(const bool written, writeDense());
+        return written ? success() : writeSorted();
+    }
+
+  private:
+    /// Where ids are little further apart than they are many, and none is twice, each has a place of its own
+    /// in a table, which then holds the points in their order. Returns whether it was so.
+    Result<bool> writeDense() {
+        constexpr std::uint64_t slotsEach = 2;
+        const std::uint64_t last = greatest_ - least_;
+        if (last / slotsEach >= arrays_.points || (last + 1) * sizeof(std::uint32_t) > mostBytes_)
+            return false;
+        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory((last + 1) * sizeof(std::uint32_t), stores_));
+        const auto table = store.room<std::uint32_t>(0, last + 1);
+        const std::uint64_t parts = (table.size() + idsAtOnce - 1) / idsAtOnce;
+        const auto partOf = [&](std::uint64_t part) {
+            const std::uint64_t first = part * idsAtOnce;
+            return table.subspan(first, std::min(idsAtOnce, table.size() - first));
+        };
+        tbb::parallel_for(std::uint64_t{0}, parts,
+                          [&](std::uint64_t part) { std::ranges::fill(partOf(part), nothing); });
+        MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t point, std::span<const std::uint64_t> ids) {
+            // The same id may come to two threads at once; that it did shows in the number of places taken.
+            for (const auto id : ids) {
+                std::atomic_ref(table[id - least_])
+                    .store(static_cast<std::uint32_t>(point++), std::memory_order_relaxed);
+            }
+        }));
+        std::vector<std::uint64_t> begin(parts + 1);
+        tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
+            const auto of = partOf(part);
+            begin[part + 1] = of.size() - static_cast<std::uint64_t>(std::ranges::count(of, nothing));
+        });
+        std::inclusive_scan(begin.begin(), begin.end(), begin.begin());
+        if (begin.back() != arrays_.points) return false;
+        MOTE_RETURN_IF_ERROR(inParallel(parts, [&](std::uint64_t part) -> Status {
+            if (progress_.cancelled()) return wasCancelled();
+            const auto of = partOf(part);
+            const auto end = std::ranges::remove(of, nothing).begin();
+            return file_.write(arrays_.index, begin[part] * sizeof(std::uint32_t),
+                               std::as_bytes(std::span(of.begin(), end)));
+        }));
+        return true;
+    }
+
+    /// By buckets of ids, as many at once as the memory holds.
+    Status writeSorted() {
+        const std::uint64_t most = std::max<std::uint64_t>(mostBytes_ / sizeof(Entry), idsAtOnce);
+        counts_.assign(buckets, 0);
         MOTE_RETURN_IF_ERROR(countBuckets());
         std::uint64_t written = 0;
         for (std::size_t first = 0; first < buckets;) {
             std::size_t last = first;
             std::uint64_t count = 0;
-            while (last < buckets && (last == first || count + counts_[last] <= most_))
+            while (last < buckets && (last == first || count + counts_[last] <= most))
                 count += counts_[last++];
             MOTE_RETURN_IF_ERROR(writeBuckets(first, last, count, written));
             written += count;
@@ -102,7 +151,6 @@ class IndexWriter {
         return success();
     }
 
-  private:
     template <class Use>
     Status forEachPart(const Use& use) {
         const std::uint64_t parts = (arrays_.points + idsAtOnce - 1) / idsAtOnce;
@@ -119,15 +167,15 @@ class IndexWriter {
 
     Status findRange() {
         std::mutex mutex;
-        std::uint64_t greatest = 0;
+        greatest_ = 0;
         least_ = std::numeric_limits<std::uint64_t>::max();
         MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t, std::span<const std::uint64_t> ids) {
             const auto [low, high] = std::ranges::minmax(ids);
             const std::lock_guard lock(mutex);
             least_ = std::min(least_, low);
-            greatest = std::max(greatest, high);
+            greatest_ = std::max(greatest_, high);
         }));
-        const auto bits = static_cast<unsigned>(std::bit_width(greatest - least_));
+        const auto bits = static_cast<unsigned>(std::bit_width(greatest_ - least_));
         shift_ = bits > bucketBits ? bits - bucketBits : 0;
         return success();
     }
@@ -149,20 +197,33 @@ class IndexWriter {
         std::vector<std::uint64_t> begin(last - first + 1);
         std::inclusive_scan(counts_.begin() + static_cast<std::ptrdiff_t>(first),
                             counts_.begin() + static_cast<std::ptrdiff_t>(last), begin.begin() + 1);
-        std::vector<std::atomic<std::uint64_t>> next(last - first);
-        for (std::size_t i = 0; i < next.size(); ++i) next[i] = begin[i];
-        std::vector<Entry> entries(count);
+        auto next = begin;
+        std::mutex mutex;
+        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory(count * sizeof(Entry), stores_));
+        const auto entries = store.room<Entry>(0, count);
         MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t point, std::span<const std::uint64_t> ids) {
+            std::vector<std::uint64_t> at(last - first);
+            for (const auto id : ids) {
+                const auto bucket = bucketOf(id);
+                if (bucket >= first && bucket < last) ++at[bucket - first];
+            }
+            {
+                const std::lock_guard lock(mutex);
+                for (std::size_t i = 0; i < at.size(); ++i) {
+                    next[i] += at[i];
+                    at[i] = next[i] - at[i];
+                }
+            }
             for (const auto id : ids) {
                 const auto bucket = bucketOf(id);
                 if (bucket >= first && bucket < last) {
-                    entries[next[bucket - first]++] = {id, static_cast<std::uint32_t>(point)};
+                    entries[at[bucket - first]++] = {id, static_cast<std::uint32_t>(point)};
                 }
                 ++point;
             }
         }));
         return inParallel(last - first, [&](std::size_t i) {
-            const auto mine = std::span(entries).subspan(begin[i], begin[i + 1] - begin[i]);
+            const auto mine = entries.subspan(begin[i], begin[i + 1] - begin[i]);
             std::ranges::sort(mine, std::less<>());
             std::vector<std::uint32_t> points;
             points.reserve(mine.size());
@@ -174,18 +235,13 @@ class IndexWriter {
 
     const storage::ArrayFileWriter& file_;
     const IdArrays arrays_;
-    const std::uint64_t most_;  ///< entries in memory at once
+    const std::uint64_t mostBytes_;  ///< of memory
+    const std::shared_ptr<StoreMemory>& stores_;
     const Progress& progress_;
     std::vector<std::uint64_t> counts_;  ///< by bucket
-    std::uint64_t least_ = 0;
+    std::uint64_t least_ = 0, greatest_ = 0;
     unsigned shift_ = 0;
 };
-
-/// `memory`: bytes that may be taken. Errors: resourceExhausted (disk full), internal, cancelled.
-Status writeIdIndex(const storage::ArrayFileWriter& file, const IdArrays& arrays, std::uint64_t memory,
-                    const Progress& progress) {
-    return IndexWriter(file, arrays, memory, progress).run();
-}
 
 constexpr std::size_t askedEach = 4096;  // rows, between two questions whether to stop
 
@@ -208,8 +264,18 @@ Status readStrided(const storage::StepFile& points, std::uint64_t stride, std::v
 
 using storage::ArrayFileWriter;
 
-constexpr std::uint64_t pointsAtOnce = std::uint64_t{1} << 16;
+constexpr std::uint64_t pointsAtOnce = std::uint64_t{1} << 18;
 constexpr std::size_t mostTogether = 8;  // columns that share a cache line of rows
+
+constexpr std::size_t rowsInCache = 1024;  // of records whose columns come one after another
+constexpr std::size_t recordsAhead = 32;
+
+/// Points whose values are gathered at once: a thread's memory.
+template <class T>
+struct Part {
+    std::vector<std::uint64_t> rows;
+    std::vector<T> values;  ///< column after column
+};
 
 /// Columns that are read and written together.
 struct Group {
@@ -251,8 +317,9 @@ class Output {
         MOTE_RETURN_IF_ERROR(shareExtents());
         if (request_.kept->ids)
             MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writeIndex() : success()));
-        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? file_->finish() : success()));
-        WrittenColumns written{codings_, {}, {}, {}};
+        WrittenColumns written;
+        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish(written) : success()));
+        written.codings = codings_;
         for (std::size_t i = 0; i < extents_.size(); ++i) {
             written.resolutions.push_back(resolutionOf(codings_[i], extents_[i].stored));
             written.least.push_back(extents_[i].least);
@@ -262,6 +329,12 @@ class Output {
     }
 
   private:
+    Status finish(WrittenColumns& written) {
+        request_.writeback->begin(request_.directory / (request_.name + ".h5"));
+        MOTE_ASSIGN_OR_RETURN(written.hash, file_->finish([&] { return request_.progress->cancelled(); }));
+        return success();
+    }
+
     /// The same on all ranks: so is the sample.
     void chooseCodings() {
         const auto& sample = *request_.sample;
@@ -298,6 +371,8 @@ class Output {
         const auto mine = file_ ? file_->places() : std::vector<storage::ArrayPlace>();
         MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<storage::ArrayPlace>(ranks_, mine));
         if (!file_) take(ArrayFileWriter::open(request_.directory, request_.name, layout, all.front()));
+        // Who looks at the plot reads the step; columns are as large again, and mostly for later.
+        if (file_) file_->passCache();
         return agree(ranks_, status);
     }
 
@@ -347,15 +422,24 @@ class Output {
         }
         const auto fill = [&](std::uint64_t begin, RecordStore& store) {
             return [this, &group, &store, begin](const ParticleChunk& chunk) {
-                std::vector<T> records(chunk.size * group.count);
+                const auto records =
+                    store.room<T>((chunk.begin - begin) * group.count, chunk.size * group.count);
+                std::array<std::vector<double>, mostTogether> made;
+                std::array<std::span<const double>, mostTogether> values;
                 for (std::size_t i = 0; i < group.count; ++i) {
-                    const auto column = group.first + i;
-                    const auto values = valuesOf(column, chunk);
-                    for (std::size_t k = 0; k < values.size(); ++k) {
-                        records[k * group.count + i] = static_cast<T>(values[k] - codings_[column].offset);
+                    const auto& axis = columns_[group.first + i].axis;
+                    const bool asRead = axis && axis->isColumn();
+                    if (!asRead) made[i] = valuesOf(group.first + i, chunk);
+                    values[i] = asRead ? std::span(chunk[axis->columns().front()]) : std::span(made[i]);
+                }
+                for (std::size_t first = 0; first < chunk.size; first += rowsInCache) {
+                    const std::size_t last = std::min(chunk.size, first + rowsInCache);
+                    for (std::size_t i = 0; i < group.count; ++i) {
+                        const double offset = codings_[group.first + i].offset;
+                        for (std::size_t k = first; k < last; ++k)
+                            records[k * group.count + i] = static_cast<T>(values[i][k] - offset);
                     }
                 }
-                return store.write<T>((chunk.begin - begin) * group.count, records);
             };
         };
         std::vector<std::size_t> arrays;
@@ -366,7 +450,8 @@ class Output {
     Status writeIds() {
         const auto fill = [](std::uint64_t begin, RecordStore& store) {
             return [&store, begin](const ParticleChunk& chunk) {
-                return store.write<std::uint64_t>(chunk.begin - begin, std::span(chunk.id).first(chunk.size));
+                std::ranges::copy_n(chunk.id.begin(), static_cast<std::ptrdiff_t>(chunk.size),
+                                    store.room<std::uint64_t>(chunk.begin - begin, chunk.size).begin());
             };
         };
         return moveRows<std::uint64_t>({Column::id}, {columns_.size()}, fill);
@@ -379,20 +464,12 @@ class Output {
                     const Fill& fill) {
         const std::uint64_t recordBytes = sizeof(T) * arrays.size();
         const std::uint64_t together = rowsFor(recordBytes);
-        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory(std::min(together, rows_) * recordBytes));
+        MOTE_ASSIGN_OR_RETURN(
+            auto store, RecordStore::inMemory(std::min(together, rows_) * recordBytes, request_.stores));
         for (std::uint64_t begin = 0; begin < rows_; begin += together) {
             const std::uint64_t end = std::min(rows_, begin + together);
-            Status kept = success();
-            std::mutex mutex;
-            const auto take = fill(begin, store);
             MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, begin, end, wanted,
-                                              *request_.progress, [&](const ParticleChunk& chunk) {
-                                                  const auto status = take(chunk);
-                                                  if (status.ok()) return;
-                                                  const std::lock_guard lock(mutex);
-                                                  kept = status;
-                                              }));
-            MOTE_RETURN_IF_ERROR(kept);
+                                              *request_.progress, fill(begin, store)));
             MOTE_RETURN_IF_ERROR(gather<T>(store, begin, end, arrays));
             if (end == rows_) request_.writeback->begin(request_.directory / (request_.name + ".h5"));
         }
@@ -405,29 +482,38 @@ class Output {
         std::vector<T> unused;
         MOTE_ASSIGN_OR_RETURN(const auto records, store.read<T>(0, (end - begin) * arrays.size(), unused));
         const std::uint64_t parts = (request_.pointCount + pointsAtOnce - 1) / pointsAtOnce;
+        tbb::enumerable_thread_specific<Part<T>> buffers;
         return inParallel(parts, [&](std::uint64_t part) -> Status {
             if (request_.progress->cancelled()) return wasCancelled();
-            return gatherPart<T>(records, begin, end, arrays, part * pointsAtOnce);
+            return gatherPart<T>(records, begin, end, arrays, part * pointsAtOnce, buffers.local());
         });
     }
 
     /// Points of other ranges of rows keep what an earlier range gave them.
     template <class T>
     Status gatherPart(std::span<const T> records, std::uint64_t begin, std::uint64_t end,
-                      const std::vector<std::size_t>& arrays, std::uint64_t first) {
+                      const std::vector<std::size_t>& arrays, std::uint64_t first, Part<T>& part) {
         const auto count = static_cast<std::size_t>(std::min(pointsAtOnce, request_.pointCount - first));
         const bool whole = end - begin == rows_;
-        std::vector<std::uint64_t> rows(count);
+        auto& [rows, values] = part;
+        rows.resize(count);
+        values.resize(count * arrays.size());
         MOTE_RETURN_IF_ERROR(request_.points->read(storage::StepArray::pointRow,
                                                    first * sizeof(std::uint64_t),
                                                    std::as_writable_bytes(std::span(rows))));
-        std::vector<T> values(count * arrays.size());
         for (std::size_t i = 0; i < arrays.size() && !whole; ++i) {
             MOTE_RETURN_IF_ERROR(
                 file_->read(arrays[i], first * sizeof(T),
                             std::as_writable_bytes(std::span(values).subspan(i * count, count))));
         }
         for (std::size_t k = 0; k < count; ++k) {
+            // Each record is somewhere else: many are asked for before the first one comes.
+            const auto later = rows[std::min(k + recordsAhead, count - 1)];
+            if (later >= begin && later < end) {
+                const T* const ahead = records.data() + (later - begin) * arrays.size();
+                __builtin_prefetch(ahead);
+                __builtin_prefetch(ahead + arrays.size() - 1);
+            }
             if (!whole && (rows[k] < begin || rows[k] >= end)) continue;
             const T* const record = records.data() + (rows[k] - begin) * arrays.size();
             for (std::size_t i = 0; i < arrays.size(); ++i) values[i * count + k] = record[i];
@@ -462,8 +548,8 @@ class Output {
     }
 
     Status writeIndex() {
-        return writeIdIndex(*file_, {columns_.size(), columns_.size() + 1, request_.pointCount},
-                            request_.memory, *request_.progress);
+        return IndexWriter(*file_, {columns_.size(), columns_.size() + 1, request_.pointCount}, request_)
+            .run();
     }
 
     const ColumnsRequest& request_;

@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -28,9 +29,11 @@
 #include "preprocess/particles/column_coding.h"
 #include "preprocess/particles/lost_filter.h"
 #include "preprocess/particles/plot_axis.h"
+#include "preprocess/particles/record_store.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/scene/error.h"
 #include "storage/files/writeback.h"
+#include "storage/hash.h"
 #include "storage/particles/particle_columns.h"
 #include "storage/particles/step_file.h"
 
@@ -113,7 +116,8 @@ struct ColumnsRequest {
     std::string name;                 ///< "columns-000012"
     const storage::StepFile* points = nullptr;
     std::uint64_t pointCount = 0;
-    std::uint64_t memory = 0;  ///< bytes that this rank may take
+    std::uint64_t memory = 0;             ///< bytes that this rank may take
+    std::shared_ptr<StoreMemory> stores;  ///< of which those of columns come
     Communicator* ranks = nullptr;
     storage::Writeback* writeback = nullptr;  ///< begun with what is written, while the rest is made
     const Progress* progress = nullptr;
@@ -123,7 +127,8 @@ struct WrittenColumns {
     std::vector<ColumnCoding> codings;  ///< by column
     std::vector<double> resolutions;    ///< by column
     std::vector<double> least,
-        greatest;  ///< by column, of finite values; least above greatest: there is none
+        greatest;            ///< by column, of finite values; least above greatest: there is none
+    storage::FileHash hash;  ///< of NAME.h5; on rank 0
 };
 
 /// Makes NAME.h5 and NAME.digest. Errors: the source's own, resourceExhausted (disk full), cancelled; the

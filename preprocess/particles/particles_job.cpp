@@ -113,11 +113,12 @@ class DatasetSource final : public ParticleSource {
                 continue;
             }
             auto& to = chunk[column];
-            const auto index = indexOf(column);
-            to.assign(index ? 0 : count, 1.0);  // missing weights
-            if (!index) continue;
             to.resize(count);
-            open_->read(*index, begin, to);
+            if (const auto index = indexOf(column)) {
+                open_->read(*index, begin, to);
+            } else {
+                std::ranges::fill(to, 1.0);  // missing weights
+            }
         }
     }
 
@@ -347,7 +348,8 @@ class Job {
             readers_[index].emplace(std::move(reader));
         }
         const StepResources resources{&ranks_, [this] { return progress_.cancelled(); },
-                                      memoryFor(steps_[index], together_).particles, dataset_->directory()};
+                                      memoryFor(steps_[index], together_).particles, stores_,
+                                      dataset_->directory()};
         return buildStep(*readers_[index], plotBounds_.of(index), stepOptions_, resources);
     }
 
@@ -408,7 +410,8 @@ class Job {
     Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
         auto records = columns_.sources();
         std::erase_if(records, [](Column column) { return !isRecord(column); });
-        return stepStatistics({&unfiltered_, steps_[index], lost_, prep::memoryFor(resources_.memory),
+        const auto memory = prep::memoryFor(resources_.memory);
+        return stepStatistics({&unfiltered_, steps_[index], lost_, memory - std::min(memory, stores_->kept()),
                                &ranks_, &progress_, std::move(records),
                                [&](const ParticleChunk& chunk) { sample.take(chunk); }});
     }
@@ -430,13 +433,14 @@ class Job {
         request.sample = &sample;
         request.pointCount = entry.particles();
         request.memory = prep::memoryFor(resources_.memory);
+        request.stores = stores_;
         request.ranks = &ranks_;
         request.writeback = &writeback_;
         request.progress = &progress_;
         MOTE_ASSIGN_OR_RETURN(const auto written, writeColumns(request));
         describeColumns(request.name, written, particles, entry);
         if (!ranks_.first()) return success();
-        MOTE_RETURN_IF_ERROR(takeFile(entry.columns_file()));
+        dataset_->writer().add(entry.columns_file(), written.hash);
         return dataset_->writer().add(entry.columns_digest(), [this] { return progress_.cancelled(); });
     }
 
@@ -506,8 +510,10 @@ class Job {
     KeptColumns columns_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
-    std::size_t together_ = 1;                        ///< steps that are under way at once
-    std::uint64_t mayKeep_ = 0;                       ///< bytes of what is read, for its next use
+    std::size_t together_ = 1;   ///< steps that are under way at once
+    std::uint64_t mayKeep_ = 0;  ///< bytes of what is read, for its next use
+    /// Of particles while a step is built, then of its columns.
+    const std::shared_ptr<StoreMemory> stores_ = std::make_shared<StoreMemory>();
     std::vector<std::optional<StepReader>> readers_;  ///< by selected step, from the pass over the bounds
     std::optional<SharedDataset> dataset_;            ///< while it is made
     storage::Writeback writeback_;                    ///< of its files

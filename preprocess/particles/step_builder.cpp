@@ -306,7 +306,8 @@ class Builder {
         const std::uint64_t weightBytes = withWeights_ ? count * sizeof(double) : 0;
         const bool spill = bytes + weightBytes > resources_.memory;
         const auto make = [&](std::uint64_t size) {
-            return spill ? RecordStore::inFile(resources_.temporary, size) : RecordStore::inMemory(size);
+            return spill ? RecordStore::inFile(resources_.temporary, size)
+                         : RecordStore::inMemory(size, resources_.stores);
         };
         MOTE_ASSIGN_OR_RETURN(auto particles, make(bytes));
         MOTE_ASSIGN_OR_RETURN(auto weights, make(weightBytes));

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,9 @@ struct StepOptions {
 struct StepResources {
     Communicator* ranks = nullptr;
     std::function<bool()> cancelled;
-    std::uint64_t memory = 0;         ///< bytes for particles; beyond them they lie in a temporary file
-    std::filesystem::path temporary;  ///< the folder of that file
+    std::uint64_t memory = 0;             ///< bytes for particles; beyond them they lie in a temporary file
+    std::shared_ptr<StoreMemory> stores;  ///< that memory
+    std::filesystem::path temporary;      ///< the folder of that file
 };
 
 struct StepCounts {

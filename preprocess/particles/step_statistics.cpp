@@ -26,11 +26,16 @@ using storage::BeamRows;
 constexpr std::array<Column, BeamRows::coordinates> coordinates{Column::x,  Column::y,  Column::z, Column::t,
                                                                 Column::px, Column::py, Column::pz};
 
-/// Those of a chunk that take part; their memory may be the chunk's.
+/// How many of a chunk take part, and how many its source marks as lost.
+struct Parts {
+    std::size_t live = 0;
+    std::uint64_t lost = 0;
+};
+
+/// Those of a chunk that take part.
 struct Live {
     ParticleChunk chunk;
-    std::size_t size = 0;
-    std::uint64_t lost = 0;  ///< that the source marks
+    Parts parts;
 };
 
 class Statistics {
@@ -78,19 +83,23 @@ class Statistics {
 
   private:
     /// Calls `use` for each chunk of this rank, from all threads.
-    Status forEach(const std::function<void(const BeamRows&, const Live&)>& use) {
+    Status forEach(const std::function<void(const BeamRows&, const Parts&)>& use) {
         if (keeps_ && haveKept_) {
             tbb::parallel_for(std::size_t{0}, kept_.size(), [&](std::size_t i) {
-                if (!request_.progress->cancelled()) use(rowsOf(kept_[i]), kept_[i]);
+                if (!request_.progress->cancelled())
+                    use(rowsOf(kept_[i].chunk, kept_[i].parts.live), kept_[i].parts);
             });
             return request_.progress->cancelled() ? Status(wasCancelled()) : success();
         }
         tbb::enumerable_thread_specific<Live> scratch;
         const auto take = [&](const ParticleChunk& chunk) {
-            auto& live = keeps_ ? kept_[(chunk.begin - begin_) / rowsOfChunk] : scratch.local();
             if (!observed_ && request_.observe) request_.observe(chunk);
+            const auto parts = partsOf(chunk);
+            if (!keeps_ && parts.live == chunk.size) return use(rowsOf(chunk, chunk.size), parts);
+            auto& live = keeps_ ? kept_[(chunk.begin - begin_) / rowsOfChunk] : scratch.local();
+            live.parts = parts;
             collect(chunk, live);
-            use(rowsOf(live), live);
+            use(rowsOf(live.chunk, parts.live), parts);
         };
         MOTE_RETURN_IF_ERROR(
             forEachChunk(source_, request_.step, begin_, end_, read_, *request_.progress, take));
@@ -98,20 +107,22 @@ class Statistics {
         return success();
     }
 
+    Parts partsOf(const ParticleChunk& chunk) const {
+        const auto marks = std::span(chunk.lost).first(std::min(chunk.lost.size(), chunk.size));
+        const auto lost = marks.size() - static_cast<std::size_t>(std::ranges::count(marks, 0));
+        return {(takesPart(request_.lost, true) ? lost : 0) +
+                    (takesPart(request_.lost, false) ? chunk.size - lost : 0),
+                lost};
+    }
+
     void collect(const ParticleChunk& chunk, Live& live) const {
         const auto marked = [&](std::size_t i) { return i < chunk.lost.size() && chunk.lost[i] != 0; };
         live.chunk.begin = chunk.begin;
-        live.size = 0;
-        live.lost = 0;
-        for (std::size_t i = 0; i < chunk.size; ++i) {
-            live.lost += marked(i) ? 1 : 0;
-            live.size += takesPart(request_.lost, marked(i)) ? 1 : 0;
-        }
         for (const auto column : wanted_) {
             auto& to = live.chunk[column];
             const auto& from = chunk[column];
-            to.resize(live.size);
-            if (live.size == chunk.size) {
+            to.resize(live.parts.live);
+            if (live.parts.live == chunk.size) {
                 std::copy_n(from.begin(), chunk.size, to.begin());
                 continue;
             }
@@ -122,14 +133,15 @@ class Statistics {
         }
     }
 
-    BeamRows rowsOf(const Live& live) const {
+    BeamRows rowsOf(const ParticleChunk& chunk, std::size_t size) const {
         BeamRows rows;
-        rows.block = live.chunk.begin / rowsOfChunk;
-        rows.size = live.size;
+        rows.block = chunk.begin / rowsOfChunk;
+        rows.size = size;
         for (std::size_t c = 0; c < coordinates.size(); ++c) {
-            if (source_.has(coordinates[c])) rows.coordinate[c] = live.chunk[coordinates[c]];
+            if (source_.has(coordinates[c]))
+                rows.coordinate[c] = std::span(chunk[coordinates[c]]).first(size);
         }
-        rows.weight = live.chunk[Column::weight];
+        rows.weight = std::span(chunk[Column::weight]).first(size);
         return rows;
     }
 
@@ -139,10 +151,10 @@ class Statistics {
             std::uint64_t lost = 0;
         };
         tbb::enumerable_thread_specific<Part> parts([&] { return Part{BeamMoments(source_.mass()), 0}; });
-        const auto status = forEach([&](const BeamRows& rows, const Live& live) {
+        const auto status = forEach([&](const BeamRows& rows, const Parts& of) {
             auto& part = parts.local();
             part.moments.add(rows);
-            part.lost += live.lost;
+            part.lost += of.lost;
         });
         MOTE_RETURN_IF_ERROR(agree(ranks_, status));
         BeamMoments mine(source_.mass());
@@ -163,7 +175,7 @@ class Statistics {
     Status pass(BeamPercentiles& percentiles) {
         tbb::enumerable_thread_specific<BeamPercentiles::Gathered> parts;
         const auto status =
-            forEach([&](const BeamRows& rows, const Live&) { percentiles.add(rows, parts.local()); });
+            forEach([&](const BeamRows& rows, const Parts&) { percentiles.add(rows, parts.local()); });
         MOTE_RETURN_IF_ERROR(agree(ranks_, status));
         BeamPercentiles::Gathered mine;
         for (const auto& part : parts) mine.merge(part);

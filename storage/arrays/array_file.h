@@ -19,8 +19,10 @@
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/blocks/mapped_file.h"
 #include "storage/blocks/verified_array.h"
+#include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/files/path_beneath.h"
+#include "storage/hash.h"
 
 namespace mote::storage {
 
@@ -134,9 +136,12 @@ class ArrayFileWriter {
     /// The same of what was written, by whomever. Errors: internal.
     Status read(std::size_t array, std::uint64_t at, std::span<std::byte> bytes) const;
 
-    /// Puts the file on the disk and writes the digest of what is in it, by all threads of the calling arena.
-    /// Errors: resourceExhausted, internal.
-    Status finish() const;
+    /// Nothing that is written or read from now on is kept in the system's cache.
+    void passCache() { cache_ = PageCache::passed; }
+
+    /// Reads back what is in the file, once, writes the digest of it, and returns the hash of the whole. Uses
+    /// all threads of the calling arena. Errors: resourceExhausted, internal, cancelled.
+    Result<FileHash> finish(const std::function<bool()>& cancelled = {}) const;
 
   private:
     ArrayFileWriter(std::filesystem::path path, FileLayout layout, std::vector<ArrayPlace> places,
@@ -145,12 +150,13 @@ class ArrayFileWriter {
           layout_(std::move(layout)),
           places_(std::move(places)),
           file_(std::move(file)) {}
-    Status hashArray(std::size_t array, proto::DigestArray& digest) const;
+    class HashPass;
 
     std::filesystem::path path_;
     FileLayout layout_;
     std::vector<ArrayPlace> places_;
     FileDescriptor file_;
+    PageCache cache_ = PageCache::kept;
 };
 
 }  // namespace mote::storage

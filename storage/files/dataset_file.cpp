@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +18,23 @@ namespace mote::storage {
 namespace {
 
 constexpr std::size_t most = std::size_t{1} << 30;  // bytes; the kernel takes less than 2 GiB at once
+
+constexpr int pastCache = 0x80;  // RWF_DONTCACHE, which older headers lack
+
+/// Whether an error says that the kernel, its file system or who confines us knows no such call.
+bool isUnknown(int number) {
+    return number == EOPNOTSUPP || number == EINVAL || number == ENOSYS;
+}
+
+ssize_t writeSome(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes, PageCache cache) {
+    const std::size_t size = std::min(bytes.size(), most);
+    if (cache == PageCache::passed) {
+        const iovec part{const_cast<std::byte*>(bytes.data()), size};
+        const ssize_t wrote = ::pwritev2(descriptor, &part, 1, static_cast<off_t>(offset), pastCache);
+        if (wrote >= 0 || !isUnknown(errno)) return wrote;
+    }
+    return ::pwrite(descriptor, bytes.data(), size, static_cast<off_t>(offset));
+}
 
 std::filesystem::path folderOf(const std::filesystem::path& path) {
     const auto folder = path.parent_path();
@@ -98,11 +116,17 @@ Result<std::string> readWhole(const PathBeneath& path, std::size_t limit) {
     }
 }
 
+std::ptrdiff_t readPast(int descriptor, std::uint64_t offset, std::span<std::byte> bytes) {
+    const iovec part{bytes.data(), std::min(bytes.size(), most)};
+    const ssize_t got = ::preadv2(descriptor, &part, 1, static_cast<off_t>(offset), pastCache);
+    if (got >= 0 || !isUnknown(errno)) return got;
+    return ::pread(descriptor, part.iov_base, part.iov_len, static_cast<off_t>(offset));
+}
+
 Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
-               const std::filesystem::path& name) {
+               const std::filesystem::path& name, PageCache cache) {
     while (!bytes.empty()) {
-        const ssize_t wrote =
-            ::pwrite(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
+        const ssize_t wrote = writeSome(descriptor, offset, bytes, cache);
         if (wrote < 0 && errno == EINTR) continue;
         if (wrote <= 0) return systemError(wrote < 0 ? errno : ENOSPC, name.string(), "cannot be written");
         bytes = bytes.subspan(static_cast<std::size_t>(wrote));
@@ -112,10 +136,12 @@ Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> 
 }
 
 Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
-              const std::filesystem::path& name) {
+              const std::filesystem::path& name, PageCache cache) {
     while (!bytes.empty()) {
         const ssize_t got =
-            ::pread(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
+            cache == PageCache::passed
+                ? readPast(descriptor, offset, bytes)
+                : ::pread(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0) return systemError(got < 0 ? errno : EIO, name.string(), "cannot be read again");
         bytes = bytes.subspan(static_cast<std::size_t>(got));

@@ -62,13 +62,21 @@ Result<std::string> readWhole(const PathBeneath& path, std::size_t limit);
 /// folder), resourceExhausted (disk full). The file is removed after an error.
 Status writeNewFile(const std::filesystem::path& path, std::string_view text);
 
+/// What the system's cache keeps of what is written or read: all of it, or no more than it had, where the
+/// system can do that (Linux 6.14 and most file systems of its disks). Then gigabytes that nobody looks at
+/// soon take no fresh page each, and drive nothing out that is looked at.
+enum class PageCache { kept, passed };
+
 /// All of `bytes` at `offset` of an open file called `name`. Errors: resourceExhausted (disk full), internal.
 Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
-               const std::filesystem::path& name);
+               const std::filesystem::path& name, PageCache cache = PageCache::kept);
 
 /// Fills `bytes` from `offset` of an open file called `name`. Errors: internal, also if the file ends.
 Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
-              const std::filesystem::path& name);
+              const std::filesystem::path& name, PageCache cache = PageCache::kept);
+
+/// Reads as many bytes as come at once, past the cache; what pread() returns.
+std::ptrdiff_t readPast(int descriptor, std::uint64_t offset, std::span<std::byte> bytes);
 
 /// Asks the kernel to put a file, or a folder's entries, on the disk. Errors: notFound, resourceExhausted,
 /// internal.

@@ -118,7 +118,7 @@ class HybridStepWriter {
     /// Writes where each brick's points begin, and the last ones end, for 5 bytes a point. Errors: as above.
     Status writeBricks(std::span<const std::uint64_t> begin) const;
     /// Makes the digest. Errors: as ArrayFileWriter.
-    Status finish() const { return file_.finish(); }
+    Result<FileHash> finish() const { return file_.finish(); }
 
   private:
     HybridStepWriter(ArrayFileWriter file, std::uint32_t pointBytes)

@@ -25,6 +25,7 @@ namespace mote::test {
 struct FakeStep {
     std::array<std::vector<double>, prep::columnCount - 1> columns;  ///< by Column; empty ones are missing
     std::vector<std::uint8_t> lost;
+    std::vector<std::uint64_t> ids;  ///< empty: the row
     std::int64_t iteration = 0;
     double time = 0.0;
 
@@ -74,8 +75,8 @@ class FakeSource final : public prep::ParticleSource {
                 part(from[column], chunk[column], 1.0);
                 continue;
             }
-            chunk.id.resize(count);
-            std::iota(chunk.id.begin(), chunk.id.end(), begin);
+            part(from.ids, chunk.id, std::uint64_t{0});
+            if (from.ids.empty()) std::iota(chunk.id.begin(), chunk.id.end(), begin);
         }
         part(from.lost, chunk.lost, std::uint8_t{0});
         return success();

@@ -347,7 +347,8 @@ TEST(RecordStore, GivesBackWhatWasWrittenWhereverItLies) {
     const test::TempDir dir;
     constexpr std::uint64_t count = 10000;
     for (const bool inFile : {false, true}) {
-        auto store = inFile ? RecordStore::inFile(dir.path(), count * 8) : RecordStore::inMemory(count * 8);
+        auto store = inFile ? RecordStore::inFile(dir.path(), count * 8)
+                            : RecordStore::inMemory(count * 8, std::make_shared<StoreMemory>());
         ASSERT_TRUE(store.ok());
         std::vector<std::uint64_t> values(100);
         for (std::uint64_t first = 0; first < count; first += 100) {
@@ -365,6 +366,32 @@ TEST(RecordStore, GivesBackWhatWasWrittenWhereverItLies) {
         EXPECT_TRUE(store->read(0, 0, buffer)->empty());
     }
     EXPECT_EQ(RecordStore::inFile(dir / "nowhere", 8).error().code, ErrorCode::notFound);
+}
+
+TEST(RecordStore, TheNextHasTheMemoryOfThoseBefore) {
+    const auto memory = std::make_shared<StoreMemory>();
+    constexpr std::uint64_t large = std::uint64_t{1} << 21;
+    const auto take = [&](std::uint64_t pages) { return *RecordStore::inMemory(pages * large, memory); };
+    {
+        auto first = take(3), second = take(2);
+        first.room<std::uint64_t>(0, 1)[0] = 77;
+        EXPECT_EQ(memory->kept(), 0U);
+    }
+    EXPECT_EQ(memory->kept(), 5 * large);
+    {
+        // The one that fits; it is as it was left.
+        auto again = take(3);
+        EXPECT_EQ(again.room<std::uint64_t>(0, 1)[0], 77U);
+        EXPECT_EQ(memory->kept(), 2 * large);
+    }
+    {
+        // Made longer, and what is kept beside it gone: together they would be more than was ever used.
+        auto longer = take(4);
+        EXPECT_EQ(longer.room<std::uint64_t>(0, 1)[0], 77U);
+        EXPECT_EQ(memory->kept(), 0U);
+        longer.room<std::uint64_t>(0, 4 * large / 8).back() = 1;
+    }
+    EXPECT_EQ(memory->kept(), 4 * large);
 }
 
 TEST(Spill, TheBytesAreThoseOfAJobInMemory) {

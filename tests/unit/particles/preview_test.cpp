@@ -325,6 +325,35 @@ TEST_F(Columns, WeightsAddUpAsInTheSource) {
     }
 }
 
+TEST_F(Columns, IdsAreFoundByOneOrderHoweverTheyLie) {
+    constexpr std::size_t count = 30000;
+    std::mt19937_64 random(11);
+    std::vector<std::uint64_t> order(count);
+    std::iota(order.begin(), order.end(), std::uint64_t{0});
+    std::shuffle(order.begin(), order.end(), random);
+    using Rule = std::uint64_t (*)(std::uint64_t);
+    const std::array<Rule, 6> rules{
+        [](std::uint64_t i) { return i + 1'000'000'000'000; },             // all of a range
+        [](std::uint64_t i) { return 2 * i + 5; },                         // with gaps, in a table still
+        [](std::uint64_t i) { return i * std::uint64_t{0x123456789ab}; },  // far apart, also beyond 2^63
+        [](std::uint64_t i) { return i / 2; },                             // each twice
+        [](std::uint64_t i) { return i == 7 ? 8 : i; },                    // one twice, one missing
+        [](std::uint64_t i) { return i % 2 == 0 ? i : ~i; },               // at both ends of all numbers
+    };
+    for (std::size_t rule = 0; rule < rules.size(); ++rule) {
+        auto step = farBeam(count, 0.0, 1e-6, 3);
+        step.ids = {0, 1, ~std::uint64_t{0}};  // of the lost: no point has them
+        for (const auto i : order) step.ids.push_back(rules[rule](i));
+        const auto manifest = prepare(step);
+        const auto columns = *storage::ParticleColumns::open(dataset(), manifest, 0);
+        const auto ids = columns->ids(0, count);
+        std::vector<std::uint32_t> should(count);
+        std::iota(should.begin(), should.end(), 0U);
+        std::ranges::stable_sort(should, {}, [&](std::uint32_t point) { return ids[point]; });
+        EXPECT_TRUE(std::ranges::equal(columns->pointsById(0, count), should)) << rule;
+    }
+}
+
 TEST(ColumnCoding, FloatsOfASourceStayFloats) {
     std::vector<double> values;
     for (int i = 0; i < 5000; ++i)
