@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/readers/hdf5/h5_column.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,12 @@ Result<H5Column> H5Column::open(const H5File& file, H5Object dataset) {
 }
 
 Status H5Column::read(std::uint64_t begin, std::size_t count, double* values) const {
-    return readAs(H5T_NATIVE_DOUBLE, begin, count, values);
+    if (!numbers_.isNativeFloat()) return readAs(H5T_NATIVE_DOUBLE, begin, count, values);
+    // HDF5 converts in a buffer of its own and copies twice: three times as slow.
+    floats_.resize(count);
+    MOTE_RETURN_IF_ERROR(readAs(H5T_NATIVE_FLOAT, begin, count, floats_.data()));
+    std::copy(floats_.begin(), floats_.end(), values);
+    return success();
 }
 
 Status H5Column::read(std::uint64_t begin, std::size_t count, std::uint64_t* values) const {

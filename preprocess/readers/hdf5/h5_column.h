@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/hdf5/h5_numbers.h"
@@ -33,7 +34,8 @@ class H5Column {
     Status readAs(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const;
 
     H5Numbers numbers_;
-    std::size_t axis_ = 0;  // the one dimension that is longer than 1
+    mutable std::vector<float> floats_;  // as they were read last
+    std::size_t axis_ = 0;               // the one dimension that is longer than 1
     std::uint64_t rows_ = 1;
 };
 

@@ -145,6 +145,7 @@ Result<H5Numbers> H5Numbers::open(const H5File& file, H5Object dataset, bool col
         return corrupt(dataset, "has numbers of an impossible size");
     }
     numbers.float_ = kind == H5T_FLOAT;
+    numbers.nativeFloat_ = H5Tequal(numbers.type_.get(), H5T_NATIVE_FLOAT) > 0;
     numbers.signed_ = kind == H5T_INTEGER && H5Tget_sign(numbers.type_.get()) == H5T_SGN_2;
     MOTE_ASSIGN_OR_RETURN(numbers.extent_, extentOf(dataset, numbers.space_.get()));
     const auto isLong = [](hsize_t length) { return length != 1; };

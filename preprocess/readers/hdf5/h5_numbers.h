@@ -30,6 +30,8 @@ class H5Numbers {
     std::size_t valueBytes() const { return valueBytes_; }
     bool isFloat() const { return float_; }
     bool isSigned() const { return signed_; }
+    /// Whether they are stored as this machine's floats, so that reading them as such converts nothing.
+    bool isNativeFloat() const { return nativeFloat_; }
 
     /// The values from `first` on, `count` along each dimension, as numbers of a type of HDF5's own
     /// (H5T_NATIVE_DOUBLE). The box lies within the extent. Errors: corrupt.
@@ -47,7 +49,7 @@ class H5Numbers {
     std::unique_ptr<H5Chunks> chunks_;  // of a chunked dataset; keeps the last one
     std::vector<hsize_t> extent_;
     std::size_t valueBytes_ = 0;  // in the file
-    bool float_ = false, signed_ = false;
+    bool float_ = false, signed_ = false, nativeFloat_ = false;
 };
 
 }  // namespace mote::prep

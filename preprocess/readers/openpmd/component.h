@@ -26,6 +26,10 @@ class OpenpmdComponent {
     /// Rows that it declares; nothing for a constant without `shape`, which fits any number.
     std::optional<std::uint64_t> rows() const { return rows_; }
     bool constant() const { return !column_.has_value(); }
+    /// What all rows have, in SI units, of a constant.
+    std::optional<double> constantValue() const {
+        return constant() ? std::optional(value_ * unitSI_) : std::nullopt;
+    }
     const std::string& where() const { return where_; }
     /// The power of the weighting that its values carry: 0 for those of one real particle.
     double weightingPower() const { return weightingPower_; }

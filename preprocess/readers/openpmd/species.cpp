@@ -219,6 +219,10 @@ Status OpenpmdSpecies::readQuantity(const Quantity& quantity, std::uint64_t begi
                                     std::vector<double>& values) {
     MOTE_RETURN_IF_ERROR(quantity.value->read(begin, values));
     if (!quantity.offset) return success();
+    if (const auto added = quantity.offset->constantValue()) {
+        for (double& value : values) value += *added;
+        return success();
+    }
     scratch_.resize(values.size());
     MOTE_RETURN_IF_ERROR(quantity.offset->read(begin, scratch_));
     for (std::size_t i = 0; i < values.size(); ++i) values[i] += scratch_[i];
