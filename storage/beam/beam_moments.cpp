@@ -20,9 +20,26 @@ struct Centred {
     std::array<double, N> rest{};  ///< weighted sum of deviations: what the mean lacks
 };
 
+// What of a system's sums is known before: of which variables, and of which pairs of them.
+struct NothingKnown {
+    static constexpr bool variable(std::size_t) { return false; }
+    static constexpr bool pair(std::size_t, std::size_t) { return false; }
+};
+/// In system a, where the time is no column: it is 0, and so are all its sums.
+struct NoTime {
+    static constexpr bool variable(std::size_t a) { return a == 6; }
+    static constexpr bool pair(std::size_t a, std::size_t b) { return variable(a) || variable(b); }
+};
+/// In system b, where it has all particles of system a: x, y and p are the same.
+struct KnownOfA {
+    static constexpr std::array<std::size_t, BeamMoments::sizeB> inA{0, 0, 2, 0, 8};
+    static constexpr bool variable(std::size_t a) { return a % 2 == 0; }
+    static constexpr bool pair(std::size_t a, std::size_t b) { return variable(a) && variable(b); }
+};
+
 /// The weighted sums of the products of deviation `a` and those from it on, in one pass: a sum that waits for
 /// nothing but itself leaves most of a core idle. Unrolled, all sums stay in registers.
-template <std::size_t a, std::size_t N, class Sums>
+template <class Known, std::size_t a, std::size_t N, class Sums>
 void addProductsOf(const BeamPiece::Rows<N>& rows, const Centred<N>& centred, Sums& to) {
     std::array<LaneVector, N - a> sums{};
     for (std::size_t i = 0; i < rows.size; i += lanes) {
@@ -32,87 +49,134 @@ void addProductsOf(const BeamPiece::Rows<N>& rows, const Centred<N>& centred, Su
         weighted *= deviation;
 #pragma GCC unroll 16
         for (std::size_t b = a; b < N; ++b) {
+            if (Known::pair(a, b)) continue;
             load(deviation, centred.deviation[b].data() + i);
             sums[b - a] += weighted * deviation;
         }
     }
-    for (std::size_t b = a; b < N; ++b) to[pairIndex<N>(a, b)] = sumOf(std::bit_cast<Lanes>(sums[b - a]));
+    for (std::size_t b = a; b < N; ++b) {
+        if (!Known::pair(a, b)) to[pairIndex<N>(a, b)] = sumOf(std::bit_cast<Lanes>(sums[b - a]));
+    }
 }
 
-template <std::size_t N, class Sums, std::size_t... a>
+template <class Known, std::size_t N, class Sums, std::size_t... a>
 void addProducts(const BeamPiece::Rows<N>& rows, const Centred<N>& centred, Sums& to,
                  std::index_sequence<a...> /*variables*/) {
-    (addProductsOf<a>(rows, centred, to), ...);
+    (addProductsOf<Known, a>(rows, centred, to), ...);
+}
+
+/// Beyond the end of the rows lie copies of the first.
+template <std::size_t N>
+void findExtremes(const BeamPiece::Rows<N>& rows, std::size_t a, BeamMoments::Second<N>& out) {
+    LaneVector least, greatest, value;
+    load(least, rows.value[a].data());
+    greatest = least;
+    for (std::size_t i = lanes; i < rows.size; i += lanes) {
+        load(value, rows.value[a].data() + i);
+        least = value < least ? value : least;
+        greatest = value > greatest ? value : greatest;
+    }
+    out.least[a] = std::ranges::min(std::bit_cast<Lanes>(least));
+    out.greatest[a] = std::ranges::max(std::bit_cast<Lanes>(greatest));
 }
 
 template <std::size_t N>
+void center(const BeamPiece::Rows<N>& rows, std::size_t a, BeamMoments::Second<N>& out, Centred<N>& centred) {
+    const auto& value = rows.value[a];
+    const double mean =
+        laneSum(rows.size, [&](std::size_t i) { return rows.weight[i] * value[i]; }) / out.weight;
+    auto& deviation = centred.deviation[a];
+    for (std::size_t i = 0; i < rows.size; ++i) deviation[i] = value[i] - mean;
+    centred.rest[a] = laneSum(rows.size, [&](std::size_t i) { return rows.weight[i] * deviation[i]; });
+    out.mean[a] = mean + centred.rest[a] / out.weight;
+}
+
+/// What is not known yet.
+template <class Known, std::size_t N>
+void addUnknown(const BeamPiece::Rows<N>& rows, Centred<N>& centred, BeamMoments::Second<N>& out) {
+    for (std::size_t a = 0; a < N; ++a) {
+        if (!Known::variable(a)) findExtremes(rows, a, out);
+    }
+    if (out.weight == 0.0) return;
+    for (std::size_t a = 0; a < N; ++a) {
+        if (!Known::variable(a)) center(rows, a, out, centred);
+    }
+    addProducts<Known>(rows, centred, out.sum, std::make_index_sequence<N>());
+    for (std::size_t a = 0; a < N; ++a) {
+        for (std::size_t b = a; b < N; ++b) {
+            if (!Known::pair(a, b))
+                out.sum[pairIndex<N>(a, b)] -= centred.rest[a] * (centred.rest[b] / out.weight);
+        }
+    }
+}
+
+template <class Known, std::size_t N>
 BeamMoments::Second<N> secondOf(const BeamPiece::Rows<N>& rows, Centred<N>& centred) {
     BeamMoments::Second<N> out;
     out.count = rows.count;
     if (rows.count == 0) return out;
     out.weight = laneSum(rows.size, [&](std::size_t i) { return rows.weight[i]; });
-    for (std::size_t a = 0; a < N; ++a) {
-        const auto& value = rows.value[a];
-        Lanes least, greatest;
-        least.fill(value[0]);
-        greatest.fill(value[0]);
-        for (std::size_t i = 0; i < rows.size; i += lanes) {  // beyond the end lie copies of the first
-            for (std::size_t k = 0; k < lanes; ++k) {
-                least[k] = value[i + k] < least[k] ? value[i + k] : least[k];
-                greatest[k] = value[i + k] > greatest[k] ? value[i + k] : greatest[k];
-            }
+    addUnknown<Known>(rows, centred, out);
+    return out;
+}
+
+/// Of system b, whose particles are those of system a.
+BeamMoments::Second<BeamMoments::sizeB> slopesOf(const BeamPiece& piece,
+                                                 const BeamMoments::Second<BeamMoments::sizeA>& a,
+                                                 const Centred<BeamMoments::sizeA>& ofA) {
+    constexpr auto size = BeamMoments::sizeB;
+    BeamMoments::Second<size> out;
+    Centred<size> centred;
+    out.count = a.count;
+    out.weight = a.weight;
+    for (std::size_t i = 0; i < size; ++i) {
+        if (!KnownOfA::variable(i)) continue;
+        const auto from = KnownOfA::inA[i];
+        out.least[i] = a.least[from];
+        out.greatest[i] = a.greatest[from];
+        out.mean[i] = a.mean[from];
+        centred.rest[i] = ofA.rest[from];
+        if (a.weight > 0.0)
+            std::copy_n(ofA.deviation[from].begin(), piece.b.size, centred.deviation[i].begin());
+        for (std::size_t j = i; j < size; ++j) {
+            if (KnownOfA::pair(i, j))
+                out.sum[pairIndex<size>(i, j)] = a.sum[pairIndex<BeamMoments::sizeA>(from, KnownOfA::inA[j])];
         }
-        out.least[a] = *std::ranges::min_element(least);
-        out.greatest[a] = *std::ranges::max_element(greatest);
     }
-    if (out.weight == 0.0) return out;
-    for (std::size_t a = 0; a < N; ++a) {
-        const auto& value = rows.value[a];
-        const double mean =
-            laneSum(rows.size, [&](std::size_t i) { return rows.weight[i] * value[i]; }) / out.weight;
-        auto& deviation = centred.deviation[a];
-        for (std::size_t i = 0; i < rows.size; ++i) deviation[i] = value[i] - mean;
-        centred.rest[a] = laneSum(rows.size, [&](std::size_t i) { return rows.weight[i] * deviation[i]; });
-        out.mean[a] = mean + centred.rest[a] / out.weight;
-    }
-    addProducts<N>(rows, centred, out.sum, std::make_index_sequence<N>());
-    for (std::size_t a = 0; a < N; ++a) {
-        for (std::size_t b = a; b < N; ++b)
-            out.sum[pairIndex<N>(a, b)] -= centred.rest[a] * (centred.rest[b] / out.weight);
-    }
+    addUnknown<KnownOfA>(piece.b, centred, out);
     return out;
 }
 
 /// Third and fourth moments about the point from which the deviations are.
 BeamMoments::Plane planeOf(const BeamPiece::Rows<BeamMoments::sizeA>& rows, const double* q,
                            const double* p) {
-    std::array<Lanes, 9> sums{};
+    std::array<LaneVector, 9> sums{};
     for (std::size_t i = 0; i < rows.size; i += lanes) {
-        for (std::size_t k = 0; k < lanes; ++k) {
-            const double qi = q[i + k], pi = p[i + k], w = rows.weight[i + k];
-            const double qq = qi * qi, pp = pi * pi, qp = qi * pi;
-            const double wqq = w * qq, wpp = w * pp;
-            sums[0][k] += wqq * qi;
-            sums[1][k] += wqq * pi;
-            sums[2][k] += wpp * qi;
-            sums[3][k] += wpp * pi;
-            sums[4][k] += wqq * qq;
-            sums[5][k] += wqq * qp;
-            sums[6][k] += wqq * pp;
-            sums[7][k] += wpp * qp;
-            sums[8][k] += wpp * pp;
-        }
+        LaneVector qi, pi, w;
+        load(qi, q + i);
+        load(pi, p + i);
+        load(w, rows.weight.data() + i);
+        const LaneVector qq = qi * qi, pp = pi * pi, qp = qi * pi, wqq = w * qq, wpp = w * pp;
+        sums[0] += wqq * qi;
+        sums[1] += wqq * pi;
+        sums[2] += wpp * qi;
+        sums[3] += wpp * pi;
+        sums[4] += wqq * qq;
+        sums[5] += wqq * qp;
+        sums[6] += wqq * pp;
+        sums[7] += wpp * qp;
+        sums[8] += wpp * pp;
     }
     BeamMoments::Plane plane;
-    for (std::size_t i = 0; i < 4; ++i) plane.third[i] = sumOf(sums[i]);
-    for (std::size_t i = 0; i < 5; ++i) plane.fourth[i] = sumOf(sums[4 + i]);
+    for (std::size_t i = 0; i < 4; ++i) plane.third[i] = sumOf(std::bit_cast<Lanes>(sums[i]));
+    for (std::size_t i = 0; i < 5; ++i) plane.fourth[i] = sumOf(std::bit_cast<Lanes>(sums[4 + i]));
     return plane;
 }
 
-MOTE_ANY_VECTORS BeamMoments::Sums sumsOf(const BeamPiece& piece) {
+MOTE_ANY_VECTORS BeamMoments::Sums sumsOf(const BeamPiece& piece, bool timed) {
     BeamMoments::Sums out;
     Centred<BeamMoments::sizeA> a;
-    out.a = secondOf(piece.a, a);
+    out.a = timed ? secondOf<NothingKnown>(piece.a, a) : secondOf<NoTime>(piece.a, a);
     for (std::size_t i = 0; i < piece.a.count; ++i) {
         out.greatestWeight = std::max(out.greatestWeight, piece.a.weight[i]);
     }
@@ -127,8 +191,12 @@ MOTE_ANY_VECTORS BeamMoments::Sums sumsOf(const BeamPiece& piece) {
                 moments::shifted(about, lower, -a.rest[q] / out.a.weight, -a.rest[p] / out.a.weight);
         }
     }
-    Centred<BeamMoments::sizeB> b;
-    out.b = secondOf(piece.b, b);
+    if (piece.b.count == piece.a.count) {
+        out.b = slopesOf(piece, out.a, a);
+    } else {
+        Centred<BeamMoments::sizeB> b;
+        out.b = secondOf<NothingKnown>(piece.b, b);
+    }
     return out;
 }
 
@@ -137,7 +205,8 @@ MOTE_ANY_VECTORS BeamMoments::Sums sumsOf(const BeamPiece& piece) {
 void BeamMoments::add(const BeamRows& rows) {
     Sums sums;
     sums.block = rows.block;
-    forEachPiece(rows, mass_, true, [&](const BeamPiece& piece) { join(sums, sumsOf(piece)); });
+    const bool timed = !rows.coordinate[3].empty();
+    forEachPiece(rows, mass_, true, [&](const BeamPiece& piece) { join(sums, sumsOf(piece, timed)); });
     sums.particles = rows.size;
     sums.known = knownCoordinates(rows);
     blocks_.push_back(sums);

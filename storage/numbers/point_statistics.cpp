@@ -109,11 +109,10 @@ class RowWalk::Part {
           buffers_(walk.groups()) {}
 
     void add(PointRange block) {
-        chosen_.clear();
         if (walk_.chosen_ != nullptr) {
             const auto words = std::span(walk_.chosen_->words())
                                    .subspan(block.begin / PointMask::wordBits, wordCount(block.count));
-            forEachChosen(words, [&](std::size_t i) { chosen_.push_back(static_cast<std::uint32_t>(i)); });
+            choose(words);
             if (chosen_.empty()) return;
         }
         if (walk_.quantities_ != nullptr) lookAtQuantities(block);
@@ -139,6 +138,23 @@ class RowWalk::Part {
     }
 
   private:
+    /// The places of the bits that are set.
+    void choose(std::span<const std::uint64_t> words) {
+        chosen_.resize(words.size() * PointMask::wordBits);
+        auto* next = chosen_.data();
+        for (std::size_t word = 0; word < words.size(); ++word) {
+            const auto first = static_cast<std::uint32_t>(word * PointMask::wordBits);
+            if (words[word] == ~std::uint64_t{0}) {
+                for (std::uint32_t i = 0; i < PointMask::wordBits; ++i) next[i] = first + i;
+                next += PointMask::wordBits;
+            } else {
+                forEachChosen(words.subspan(word, 1),
+                              [&](std::size_t i) { *next++ = first + static_cast<std::uint32_t>(i); });
+            }
+        }
+        chosen_.resize(static_cast<std::size_t>(next - chosen_.data()));
+    }
+
     /// A column of the block, as it lies in the file.
     struct Stored {
         double offset = 0.0;
@@ -207,8 +223,21 @@ class RowWalk::Part {
     template <class T>
     void append(std::span<const T> in, double zero, std::size_t done, std::size_t count, double* out) const {
         if (walk_.chosen_ != nullptr) {
-            for (std::size_t k = 0; k < count; ++k)
-                out[k] = zero + static_cast<double>(in[chosen_[done + k]]);
+            // Most of those that lie side by side are chosen together.
+            constexpr std::size_t together = 16;
+            std::size_t k = 0;
+            for (; k + together <= count; k += together) {
+                const auto* const from = chosen_.data() + done + k;
+                const auto* const run = in.data() + from[0];
+                if (from[together - 1] - from[0] == together - 1) {
+                    for (std::size_t i = 0; i < together; ++i)
+                        out[k + i] = zero + static_cast<double>(run[i]);
+                } else {
+                    for (std::size_t i = 0; i < together; ++i)
+                        out[k + i] = zero + static_cast<double>(in[from[i]]);
+                }
+            }
+            for (; k < count; ++k) out[k] = zero + static_cast<double>(in[chosen_[done + k]]);
         } else {
             for (std::size_t k = 0; k < count; ++k) out[k] = zero + static_cast<double>(in[done + k]);
         }
