@@ -65,42 +65,73 @@ void addProducts(const BeamPiece::Rows<N>& rows, const Centred<N>& centred, Sums
     (addProductsOf<Known, a>(rows, centred, to), ...);
 }
 
+// The following go through all variables at once: a sum of one alone would wait for itself. What is known of
+// a variable is left out by a condition that the compiler knows.
+
 /// Beyond the end of the rows lie copies of the first.
-template <std::size_t N>
-void findExtremes(const BeamPiece::Rows<N>& rows, std::size_t a, BeamMoments::Second<N>& out) {
-    LaneVector least, greatest, value;
-    load(least, rows.value[a].data());
+template <class Known, std::size_t N>
+void findExtremes(const BeamPiece::Rows<N>& rows, BeamMoments::Second<N>& out) {
+    std::array<LaneVector, N> least, greatest;
+    for (std::size_t a = 0; a < N; ++a) load(least[a], rows.value[a].data());
     greatest = least;
     for (std::size_t i = lanes; i < rows.size; i += lanes) {
-        load(value, rows.value[a].data() + i);
-        least = value < least ? value : least;
-        greatest = value > greatest ? value : greatest;
+#pragma GCC unroll 16
+        for (std::size_t a = 0; a < N; ++a) {
+            if (Known::variable(a)) continue;
+            LaneVector value;
+            load(value, rows.value[a].data() + i);
+            least[a] = value < least[a] ? value : least[a];
+            greatest[a] = value > greatest[a] ? value : greatest[a];
+        }
     }
-    out.least[a] = std::ranges::min(std::bit_cast<Lanes>(least));
-    out.greatest[a] = std::ranges::max(std::bit_cast<Lanes>(greatest));
+    for (std::size_t a = 0; a < N; ++a) {
+        if (Known::variable(a)) continue;
+        out.least[a] = std::ranges::min(std::bit_cast<Lanes>(least[a]));
+        out.greatest[a] = std::ranges::max(std::bit_cast<Lanes>(greatest[a]));
+    }
 }
 
-template <std::size_t N>
-void center(const BeamPiece::Rows<N>& rows, std::size_t a, BeamMoments::Second<N>& out, Centred<N>& centred) {
-    const auto& value = rows.value[a];
-    const double mean =
-        laneSum(rows.size, [&](std::size_t i) { return rows.weight[i] * value[i]; }) / out.weight;
-    auto& deviation = centred.deviation[a];
-    for (std::size_t i = 0; i < rows.size; ++i) deviation[i] = value[i] - mean;
-    centred.rest[a] = laneSum(rows.size, [&](std::size_t i) { return rows.weight[i] * deviation[i]; });
-    out.mean[a] = mean + centred.rest[a] / out.weight;
+template <class Known, std::size_t N>
+void center(const BeamPiece::Rows<N>& rows, BeamMoments::Second<N>& out, Centred<N>& centred) {
+    std::array<LaneVector, N> sums{};
+    for (std::size_t i = 0; i < rows.size; i += lanes) {
+        LaneVector weight, value;
+        load(weight, rows.weight.data() + i);
+#pragma GCC unroll 16
+        for (std::size_t a = 0; a < N; ++a) {
+            if (Known::variable(a)) continue;
+            load(value, rows.value[a].data() + i);
+            sums[a] += weight * value;
+        }
+    }
+    std::array<double, N> mean{};
+    for (std::size_t a = 0; a < N; ++a) mean[a] = sumOf(std::bit_cast<Lanes>(sums[a])) / out.weight;
+    sums = {};
+    for (std::size_t i = 0; i < rows.size; i += lanes) {
+        LaneVector weight, value;
+        load(weight, rows.weight.data() + i);
+#pragma GCC unroll 16
+        for (std::size_t a = 0; a < N; ++a) {
+            if (Known::variable(a)) continue;
+            load(value, rows.value[a].data() + i);
+            value -= mean[a];
+            std::memcpy(centred.deviation[a].data() + i, &value, sizeof value);
+            sums[a] += weight * value;
+        }
+    }
+    for (std::size_t a = 0; a < N; ++a) {
+        if (Known::variable(a)) continue;
+        centred.rest[a] = sumOf(std::bit_cast<Lanes>(sums[a]));
+        out.mean[a] = mean[a] + centred.rest[a] / out.weight;
+    }
 }
 
 /// What is not known yet.
 template <class Known, std::size_t N>
 void addUnknown(const BeamPiece::Rows<N>& rows, Centred<N>& centred, BeamMoments::Second<N>& out) {
-    for (std::size_t a = 0; a < N; ++a) {
-        if (!Known::variable(a)) findExtremes(rows, a, out);
-    }
+    findExtremes<Known>(rows, out);
     if (out.weight == 0.0) return;
-    for (std::size_t a = 0; a < N; ++a) {
-        if (!Known::variable(a)) center(rows, a, out, centred);
-    }
+    center<Known>(rows, out, centred);
     addProducts<Known>(rows, centred, out.sum, std::make_index_sequence<N>());
     for (std::size_t a = 0; a < N; ++a) {
         for (std::size_t b = a; b < N; ++b) {

@@ -36,37 +36,31 @@ void keepGood(BeamPiece::Rows<N>& rows, const Values& check, std::size_t count) 
 
 MOTE_ANY_VECTORS void loadA(const BeamRows& rows, std::size_t begin, std::size_t count, double mass,
                             BeamPiece& piece) {
+    static constexpr std::array<double, BeamPiece::most> zeros{};
     auto& a = piece.a;
-    Values check{};  // stays 0 if all is finite
-    for (std::size_t c = 0; c < BeamRows::coordinates; ++c) {
-        auto& to = a.value[placeInA[c]];
-        if (rows.coordinate[c].empty()) {
-            std::fill_n(to.begin(), count, 0.0);
-            continue;
+    alignas(64) Values check;  // 0 if all is finite
+    std::array<const double*, BeamRows::coordinates> from;
+    for (std::size_t c = 0; c < from.size(); ++c)
+        from[c] = rows.coordinate[c].empty() ? zeros.data() : rows.coordinate[c].data() + begin;
+    // Row by row, so that all of one is in registers.
+    for (std::size_t i = 0; i < count; ++i) {
+        double bad = 0.0;
+        for (std::size_t c = 0; c < from.size(); ++c) {
+            const double value = from[c][i];
+            a.value[placeInA[c]][i] = value;
+            bad += value * 0.0;
         }
-        const auto from = rows.coordinate[c].subspan(begin, count);
-        for (std::size_t i = 0; i < count; ++i) {
-            to[i] = from[i];
-            check[i] += from[i] * 0.0;
-        }
+        const double px = from[4][i], py = from[5][i], pz = from[6][i];
+        const double p = std::sqrt(px * px + py * py + pz * pz);
+        a.value[momentumOfA][i] = p;
+        // sqrt(p^2 + m^2) - m without the difference of two large numbers.
+        a.value[energyOfA][i] = mass > 0.0 ? p * (p / (std::sqrt(p * p + mass * mass) + mass)) : 0.0;
+        check[i] = bad + p * 0.0;
     }
     for (std::size_t i = 0; i < count; ++i) {
         const double w = rows.weight.empty() ? 1.0 : rows.weight[begin + i];
         a.weight[i] = w;
         check[i] += w >= 0.0 ? w * 0.0 : 1.0;
-        const double px = a.value[1][i], py = a.value[3][i], pz = a.value[5][i];
-        const double p = std::sqrt(px * px + py * py + pz * pz);
-        a.value[momentumOfA][i] = p;
-        check[i] += p * 0.0;
-    }
-    if (mass > 0.0) {
-        // sqrt(p^2 + m^2) - m without the difference of two large numbers.
-        for (std::size_t i = 0; i < count; ++i) {
-            const double p = a.value[momentumOfA][i];
-            a.value[energyOfA][i] = p * (p / (std::sqrt(p * p + mass * mass) + mass));
-        }
-    } else {
-        std::fill_n(a.value[energyOfA].begin(), count, 0.0);
     }
     keepGood(a, check, count);
 }
