@@ -199,6 +199,7 @@ class Job {
         manifest_ = describePlot({request_, inputs_, output_}, axes_, plotBounds_, stepOptions_);
         MOTE_RETURN_IF_ERROR(makeSteps());
         MOTE_RETURN_IF_ERROR(makeColumns());
+        report(0.97, "waiting for the disk");
         MOTE_RETURN_IF_ERROR(agree(ranks_, writeback_.finish()));
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
         dataset_->finish();
