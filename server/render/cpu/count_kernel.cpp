@@ -75,12 +75,70 @@ struct PixelsInView {
     }
 };
 
+/// Tells where more points would not be seen.
+class FullPixels {
+  public:
+    HWY_INLINE FullPixels(const PointMap& map, FullCount full, const std::uint32_t* counts)
+        : width_(map.width), full_(full), counts_(counts) {}
+
+    HWY_INLINE bool four(std::int32_t first) const {
+        if (full_ == neverFull) return false;
+        const std::uint32_t* const above = counts_ + first;
+        const std::uint32_t* const below = above + width_;
+        return std::min(std::min(above[0], above[1]), std::min(below[0], below[1])) >= full_;
+    }
+
+    /// Whether a leaf lies in the picture and all pixels that are no further from it than so many are full. A
+    /// disc touches none whose nearer edge is further than its reach less half a pixel.
+    HWY_INLINE bool around(const PointMap& map, const LeafPlaces& places, std::size_t i, float reach) const {
+        // Points are rounded, by no more than this.
+        constexpr float margin = 1.0F / 64.0F;
+        if (full_ == neverFull) return false;
+        const float far = reach + margin;
+        const float width = static_cast<float>(map.width), height = static_cast<float>(map.height);
+        if (!(places.left[i] >= margin && places.right[i] <= width - margin && places.top[i] >= margin &&
+              places.bottom[i] <= height - margin))
+            return false;
+        const auto left = static_cast<std::size_t>(std::max(places.left[i] - far, 0.0F));
+        const auto top = static_cast<std::size_t>(std::max(places.top[i] - far, 0.0F));
+        const auto right = static_cast<std::size_t>(std::min(places.right[i] + far, width - 1.0F)) + 1;
+        const auto bottom = static_cast<std::size_t>(std::min(places.bottom[i] + far, height - 1.0F)) + 1;
+        return (right - left) * (bottom - top) <= mostLooked && all(left, top, right, bottom);
+    }
+
+  private:
+    /// Pixels; more would take longer than points do.
+    static constexpr std::size_t mostLooked = 256;
+
+    HWY_INLINE bool all(std::size_t left, std::size_t top, std::size_t right, std::size_t bottom) const {
+        const hn::RebindToUnsigned<Ints> unsignedInts;
+        for (std::size_t row = top; row < bottom; ++row) {
+            for (std::size_t column = left; column < right; column += mostLanes) {
+                const auto held = hn::LoadU(unsignedInts, counts_ + row * width_ + column);
+                const auto others = hn::Not(hn::FirstN(unsignedInts, right - column));
+                const auto isFull = hn::Eq(hn::Max(held, hn::Set(unsignedInts, full_)), held);
+                if (!hn::AllTrue(unsignedInts, hn::Or(isFull, others))) return false;
+            }
+        }
+        return true;
+    }
+
+    const std::size_t width_;
+    const FullCount full_;
+    const std::uint32_t* const counts_;
+};
+
 /// Counts the points of leaves.
 template <bool perspective>
 class LeafCount {
   public:
-    HWY_INLINE LeafCount(const PointMap& map, const LeafRun& run, std::uint32_t* counts)
-        : map_(map), run_(run), counts_(counts), pixels_(map, counts), inView_(map, counts) {}
+    HWY_INLINE LeafCount(const PointMap& map, const LeafRun& run, FullCount full, std::uint32_t* counts)
+        : map_(map),
+          run_(run),
+          counts_(counts),
+          full_(map, full, counts),
+          pixels_(map, counts),
+          inView_(map, counts) {}
 
     HWY_INLINE std::uint64_t count() {
         std::uint64_t drawn = 0;
@@ -106,10 +164,10 @@ class LeafCount {
                 counts_[ways_.first[i]] += static_cast<std::uint32_t>(count);
                 break;
             case inFourPixels:
-                countInFour(i, points, count);
+                if (!full_.four(ways_.first[i])) countInFour(i, points, count);
                 break;
             case inside:
-                countInside(cell, i, points, count);
+                if (!full_.around(map_, places_, i, 0.0F)) countInside(cell, i, points, count);
                 break;
             default:
                 countAtBorder(cell, i, points, count);
@@ -157,6 +215,7 @@ class LeafCount {
     const PointMap& map_;
     const LeafRun& run_;
     std::uint32_t* const counts_;
+    const FullPixels full_;
     const Pixels pixels_;
     const PixelsInView inView_;
     LeafPlaces places_;
@@ -164,12 +223,141 @@ class LeafCount {
 };
 
 template <bool perspective>
-std::uint64_t countLeaves(const PointMap& map, const LeafRun& run, std::uint32_t* counts) {
-    return LeafCount<perspective>(map, run, counts).count();
+std::uint64_t countLeaves(const PointMap& map, const LeafRun& run, FullCount full, std::uint32_t* counts) {
+    return LeafCount<perspective>(map, run, full, counts).count();
 }
 
-std::uint64_t countPoints(const PointMap& map, const LeafRun& run, std::uint32_t* counts) {
-    return map.perspective ? countLeaves<true>(map, run, counts) : countLeaves<false>(map, run, counts);
+std::uint64_t countPoints(const PointMap& map, const LeafRun& run, FullCount full, std::uint32_t* counts) {
+    return map.perspective ? countLeaves<true>(map, run, full, counts)
+                           : countLeaves<false>(map, run, full, counts);
+}
+
+/// Adds discs to the pixels of a picture, a vector of pixels at a time.
+class FlatSpread {
+  public:
+    HWY_INLINE FlatSpread(const PointMap& map, const FlatDiscs& discs, std::uint32_t* counts)
+        : box_(pictureOf(map)), discs_(discs), width_(map.width), counts_(counts) {}
+
+    HWY_INLINE const PixelBox& box() const { return box_; }
+
+    HWY_INLINE void add(const Discs& discs) const {
+        for (std::size_t i = 0; i < discs.count(); ++i) {
+            const PixelBox at = discs.box(i);
+            const std::int32_t across = at.right - at.left;
+            if (across <= 4) {
+                addDisc<4>(discs, i, at);
+            } else if (across <= 8 || mostLanes <= 8) {
+                addDisc<std::min<std::size_t>(mostLanes, 8)>(discs, i, at);
+            } else {
+                addDisc<mostLanes>(discs, i, at);
+            }
+        }
+    }
+
+  private:
+    /// A vector is so many columns of the picture, and as many rows as it has room for.
+    template <std::size_t columns>
+    static constexpr LaneOffsets offsets = [] {
+        LaneOffsets made{};
+        for (std::size_t lane = 0; lane < mostLanes; ++lane) {
+            made.x[lane] = static_cast<float>(lane % columns) + 0.5F;
+            made.y[lane] = static_cast<float>(lane / columns) + 0.5F;
+        }
+        return made;
+    }();
+
+    template <std::size_t columns>
+    HWY_INLINE void addDisc(const Discs& discs, std::size_t i, const PixelBox& at) const {
+        constexpr auto rows = static_cast<std::int32_t>(mostLanes / columns);
+        const hn::RebindToUnsigned<Ints> unsignedInts;
+        const Float x = hn::Set(floats, discs.x(i)), y = hn::Set(floats, discs.y(i));
+        const Float reach = hn::Set(floats, discs_.reach);
+        const Float offsetX = hn::Load(floats, offsets<columns>.x.data());
+        const Float offsetY = hn::Load(floats, offsets<columns>.y.data());
+        for (std::int32_t column = at.left; column < at.right; column += columns) {
+            const Float centre = hn::Add(hn::Set(floats, static_cast<float>(column)), offsetX);
+            const Float dx = hn::Sub(centre, x);
+            // Beyond the picture's border is the next row.
+            const Mask within = hn::Lt(centre, hn::Set(floats, static_cast<float>(at.right)));
+            for (std::int32_t row = at.top; row < at.bottom; row += rows) {
+                const Float dy = hn::Sub(hn::Add(hn::Set(floats, static_cast<float>(row)), offsetY), y);
+                const Int steps =
+                    hn::IfThenElseZero(hn::RebindMask(ints, within), coverageSteps(dx, dy, reach));
+                const auto units = hn::GatherIndex(unsignedInts, discs_.units.data(), steps);
+                addRows<columns>(units,
+                                 static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column),
+                                 std::min(rows, at.bottom - row));
+            }
+        }
+    }
+
+    template <std::size_t columns, class Units>
+    HWY_INLINE void addRows(Units units, std::size_t first, std::int32_t rows) const {
+        const hn::CappedTag<std::uint32_t, columns> tag;
+        const hn::RebindToUnsigned<Ints> unsignedInts;
+        HWY_ALIGN std::array<std::uint32_t, mostLanes> each;
+        hn::Store(units, unsignedInts, each.data());
+        for (std::int32_t row = 0; row < rows; ++row) {
+            std::uint32_t* const to = counts_ + first + static_cast<std::size_t>(row) * width_;
+            const auto held = hn::LoadU(tag, to);
+            const auto added = hn::Load(tag, each.data() + static_cast<std::size_t>(row) * columns);
+            hn::StoreU(hn::Add(held, hn::Min(added, hn::Not(held))), tag, to);
+        }
+    }
+
+    const PixelBox box_;
+    const FlatDiscs& discs_;
+    const std::size_t width_;
+    std::uint32_t* const counts_;
+};
+
+template <bool perspective>
+std::uint64_t countDiscsOf(const PointMap& map, const LeafRun& run, const FlatDiscs& look, FullCount full,
+                           std::uint32_t* counts) {
+    const FlatSpread spread(map, look, counts);
+    const FullPixels fullPixels(map, full, counts);
+    const NearBox near(spread.box(), look.reach);
+    const PackedPosition* points = run.points;
+    std::uint64_t drawn = 0;
+    LeafPlaces places;
+    Discs discs;
+    for (std::size_t begin = 0; begin < run.leaves; begin += LeafPlaces::block) {
+        const std::size_t size = std::min(LeafPlaces::block, run.leaves - begin);
+        placeLeaves<perspective, false>(map, run.cells + begin, size, places);
+        for (std::size_t i = 0; i < size; points += run.count[begin + i], ++i) {
+            const std::size_t count = run.drawn[begin + i];
+            if (count == 0 || places.outside(map, i, look.reach)) continue;
+            if (fullPixels.around(map, places, i, look.reach - 0.5F)) {
+                drawn += count;
+                continue;
+            }
+            const LeafMap<perspective> toScreen(map, run.cells[begin + i], places, i);
+            for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+                const Projected at = toScreen(loadPlaces(points + k, run.end));
+                const Mask seen = near(at, hn::FirstN(floats, count - k));
+                discs.set<false>(at.x, at.y, at.x, seen, look.reach, spread.box());
+                spread.add(discs);
+                drawn += discs.count();
+            }
+        }
+    }
+    return drawn;
+}
+
+std::uint64_t countDiscs(const PointMap& map, const LeafRun& run, const FlatDiscs& discs, FullCount full,
+                         std::uint32_t* counts) {
+    return map.perspective ? countDiscsOf<true>(map, run, discs, full, counts)
+                           : countDiscsOf<false>(map, run, discs, full, counts);
+}
+
+void countScreenDiscs(const PointMap& map, const ScreenPoint* points, std::size_t count,
+                      const FlatDiscs& look, std::uint32_t* counts) {
+    const FlatSpread spread(map, look, counts);
+    Discs discs;
+    for (std::size_t i = 0; i < count; i += mostLanes) {
+        discs.set<false>(points + i, std::min(count - i, mostLanes), look.reach, spread.box());
+        spread.add(discs);
+    }
 }
 
 template <bool perspective>
@@ -197,10 +385,22 @@ HWY_AFTER_NAMESPACE();
 namespace mote::render {
 
 HWY_EXPORT(countPoints);
+HWY_EXPORT(countDiscs);
+HWY_EXPORT(countScreenDiscs);
 HWY_EXPORT(countPreview);
 
-std::uint64_t countPoints(const PointMap& map, const LeafRun& run, std::uint32_t* counts) {
-    return HWY_DYNAMIC_DISPATCH(countPoints)(map, run, counts);
+std::uint64_t countPoints(const PointMap& map, const LeafRun& run, FullCount full, std::uint32_t* counts) {
+    return HWY_DYNAMIC_DISPATCH(countPoints)(map, run, full, counts);
+}
+
+std::uint64_t countDiscs(const PointMap& map, const LeafRun& run, const FlatDiscs& discs, FullCount full,
+                         std::uint32_t* counts) {
+    return HWY_DYNAMIC_DISPATCH(countDiscs)(map, run, discs, full, counts);
+}
+
+void countScreenDiscs(const PointMap& map, const ScreenPoint* points, std::size_t count,
+                      const FlatDiscs& discs, std::uint32_t* counts) {
+    HWY_DYNAMIC_DISPATCH(countScreenDiscs)(map, points, count, discs, counts);
 }
 
 std::uint64_t countPreview(const PointMap& map, const PreviewRun& run, std::uint32_t* counts) {

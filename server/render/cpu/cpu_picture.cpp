@@ -81,7 +81,7 @@ bool CpuPicture::drawFlat(const PointsPlan& only, const PixelColors* colors, con
         flat_.take(colors->counts());
     } else {
         const auto cells = parts_.leaves.of(only.step).upTo(*only.step, only.selection->drawn.size());
-        if (!flat_.draw(plan_, only, cells, stop)) return false;
+        if (!flat_.draw(plan_, only, cells, colors, picture_.format, stop)) return false;
     }
     picture_ = flatPicture(plan_, only, flat_, colors, picture_.format);
     return true;

@@ -49,17 +49,21 @@ class Counting {
   public:
     /// `cells`: the leaves'; `blocks`: points told in the whole box.
     Counting(const PointsPlan& layer, const PointMap& map, std::span<const LeafCell> cells,
-             const PreviewBlocks& blocks)
+             const PreviewBlocks& blocks, FullCount full)
         : layer_(layer),
           // Without leaves to draw, the octree need not even be there.
           leaves_(cells.empty() ? storage::Leaves{} : layer.step->leaves()),
           cells_(cells),
           map_(map),
           preview_(blocks),
-          unit_(static_cast<float>(discUnit(layer.look))),
+          full_(full),
           end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
         if (layer.look.size > 1.0) {
-            discs_.emplace(layer.look.size, layer.look.discOpacity());
+            const DiscFootprint disc(layer.look.size, layer.look.discOpacity());
+            const auto unit = static_cast<float>(discUnit(layer.look));
+            discs_.emplace(FlatDiscs{disc.reach(), {}});
+            std::transform(disc.weights().begin(), disc.weights().end(), discs_->units.begin(),
+                           [unit](float weight) { return static_cast<std::uint32_t>(weight * unit + 0.5F); });
         }
     }
 
@@ -93,43 +97,16 @@ class Counting {
                           .points = layer_.step->positions(begin, end - begin).data(),
                           .end = end_,
                           .leaves = size};
-        return discs_ ? spread(run, counts) : countPoints(map_, run, counts.data());
-    }
-
-    std::uint64_t spread(const LeafRun& run, std::vector<std::uint32_t>& counts) const {
-        std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
-        const storage::PackedPosition* points = run.points;
-        std::uint64_t drawn = 0;
-        for (std::size_t i = 0; i < run.leaves; points += run.count[i], ++i) {
-            for (std::size_t begin = 0; begin < run.drawn[i]; begin += PreviewBlocks::blockPoints) {
-                const std::size_t size = std::min(PreviewBlocks::blockPoints, run.drawn[i] - begin);
-                const std::size_t hits = projectPoints(map_, run.cells[i], points + begin, size, run.end,
-                                                       discs_->reach(), screen.data());
-                addDiscs({screen.data(), hits}, counts);
-                drawn += hits;
-            }
-        }
-        return drawn;
+        return discs_ ? countDiscs(map_, run, *discs_, full_, counts.data())
+                      : countPoints(map_, run, full_, counts.data());
     }
 
     std::uint64_t countBlock(const PreviewRun& run, std::vector<std::uint32_t>& counts) const {
         if (!discs_) return countPreview(map_, run, counts.data());
         std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
-        const std::size_t hits = projectPreview(map_, run, discs_->reach(), screen.data());
-        addDiscs({screen.data(), hits}, counts);
+        const std::size_t hits = projectPreview(map_, run, discs_->reach, screen.data());
+        countScreenDiscs(map_, screen.data(), hits, *discs_, counts.data());
         return hits;
-    }
-
-    void addDiscs(std::span<const ScreenPoint> points, std::vector<std::uint32_t>& counts) const {
-        const PixelBox box{0, 0, static_cast<std::int32_t>(map_.width),
-                           static_cast<std::int32_t>(map_.height)};
-        for (const auto& at : points) {
-            discs_->spread(at.x, at.y, box, [&](std::int32_t column, std::int32_t row, float weight) {
-                auto& count =
-                    counts[static_cast<std::size_t>(row) * map_.width + static_cast<std::size_t>(column)];
-                count = saturatingSum(count, static_cast<std::uint32_t>(weight * unit_ + 0.5F));
-            });
-        }
     }
 
     const PointsPlan& layer_;
@@ -137,8 +114,8 @@ class Counting {
     const std::span<const LeafCell> cells_;
     const PointMap& map_;
     const PreviewBlocks preview_;
-    const float unit_;
-    std::optional<DiscFootprint> discs_;
+    const FullCount full_;
+    std::optional<FlatDiscs> discs_;
     const storage::PackedPosition* end_;
 };
 
@@ -232,16 +209,50 @@ void fillColored(const PixelBytes& shades, const FlatPoints& points, const Pixel
     });
 }
 
+/// Of how much the picture has the bytes of any more. `tau`: of a count of one.
+FullCount fullCount(const FramePlan& plan, const PointLook& look, double tau, const PixelColors* colors,
+                    PixelFormat format) {
+    const auto passed = [tau](double count) { return std::exp(-tau * count); };
+    if (!(tau > 0.0)) return neverFull;
+    // Beyond, nothing is left in single precision, whatever the colour.
+    constexpr double nothing = 104.0;
+    const double most = std::min(std::ceil(nothing / tau), static_cast<double>(neverFull - 1));
+    if (colors != nullptr) return passed(most) == 0.0F ? static_cast<FullCount>(most) : neverFull;
+    const auto pixel = [&](double left) {
+        return blankPixel((1.0 - left) * look.color + left * plan.background, format);
+    };
+    const auto last = pixel(0.0);
+    std::uint32_t shown = 0, full = static_cast<FullCount>(most);
+    if (pixel(passed(full)) != last) return neverFull;
+    while (full - shown > 1) {
+        const std::uint32_t middle = shown + (full - shown) / 2;
+        (pixel(passed(middle)) == last ? full : shown) = middle;
+    }
+    return full;
+}
+
+/// Whether so many points may fill enough pixels that looking for full ones takes less than it saves. They
+/// lie in a part of the picture only; discs take longer than any look.
+bool mayFill(const FramePlan& plan, const PointsPlan& layer, FullCount full) {
+    constexpr double mostEmpty = 16.0;  // pixels of the picture, to one that has points
+    const double pixels = static_cast<double>(plan.width) * plan.height;
+    return layer.look.size > 1.0 ||
+           mostEmpty * static_cast<double>(layer.pointsDrawn) > static_cast<double>(full) * pixels;
+}
+
 }  // namespace
 
 bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-                      std::stop_token stop) {
+                      const PixelColors* colors, PixelFormat format, std::stop_token stop) {
     const std::size_t pixels = std::size_t{plan.width} * plan.height;
     const PointMap map = PointMap::make(plan, layer);
     const bool stream = PointStream::serves(plan, layer, map);
-    const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
-                            stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer));
     weightOfOne_ = layer.look.size > 1.0 ? 1.0 / discUnit(layer.look) : 1.0;
+    const double tau = layer.look.tauAt(1.0, false) * layer.look.thinned * weightOfOne_;
+    const FullCount full = fullCount(plan, layer.look, tau, colors, format);
+    const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
+                            stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer),
+                            mayFill(plan, layer, full) ? full : neverFull);
     parts_.resize(partsFor(pixels) - 1);
     pixels_ = pixels;
     const auto countsOf = [this](std::size_t part) -> std::vector<std::uint32_t>& {

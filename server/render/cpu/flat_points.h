@@ -23,9 +23,11 @@ namespace mote::render {
 
 class FlatPoints {
   public:
-    /// Draws what the plan selects. False where `stop` was requested meanwhile. Throws storage::StorageError.
+    /// Draws what the plan selects, for a picture of a format whose points have `colors`, as flatPicture
+    /// makes it: what is not seen behind a full pixel may not be counted. False where `stop` was requested
+    /// meanwhile. Throws storage::StorageError.
     bool draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-              std::stop_token stop);
+              const PixelColors* colors, PixelFormat format, std::stop_token stop);
 
     /// In place of draw(): what else has counted them, points of at most a pixel.
     void take(std::span<const std::uint32_t> counts);

@@ -89,6 +89,27 @@ std::array<LevelDepth, deepestLeafLevel + 1> levelDepths(const PointMap& map) {
     return depths;
 }
 
+/// Places the leaves of a tile a block at a time, in `places`, and calls visit(leaf, its place in the block).
+template <bool perspective, class Visit>
+HWY_INLINE void visitLeaves(const PointMap& map, const LeafPoints* leaves, std::size_t count,
+                            const PackedPosition* points, LeafPlaces& places, Visit visit) {
+    constexpr std::size_t ahead = 12;  // leaves: their points lie all over the file
+    HWY_ALIGN std::array<LeafCell, LeafPlaces::block> cells;
+    for (std::size_t begin = 0; begin < count; begin += LeafPlaces::block) {
+        const std::size_t size = std::min(LeafPlaces::block, count - begin);
+        for (std::size_t i = 0; i < size; ++i) cells[i] = leaves[begin + i].cell;
+        placeLeaves<perspective>(map, cells.data(), size, places);
+        for (std::size_t i = 0; i < size; ++i) {
+            if (begin + i + ahead < count) {
+                const PackedPosition* next = points + leaves[begin + i + ahead].begin();
+                __builtin_prefetch(next);
+                __builtin_prefetch(next + 10);
+            }
+            visit(leaves[begin + i], i);
+        }
+    }
+}
+
 /// Adds the leaves of one tile to its cells.
 template <bool perspective>
 class TileGather {
@@ -105,20 +126,8 @@ class TileGather {
           depths_(levelDepths(map)) {}
 
     void add(const LeafPoints* leaves, std::size_t count) {
-        constexpr std::size_t ahead = 12;  // leaves: their points lie all over the file
-        for (std::size_t begin = 0; begin < count; begin += LeafPlaces::block) {
-            const std::size_t size = std::min(LeafPlaces::block, count - begin);
-            for (std::size_t i = 0; i < size; ++i) blockCells_[i] = leaves[begin + i].cell;
-            placeLeaves<perspective>(map_, blockCells_.data(), size, block_);
-            for (std::size_t i = 0; i < size; ++i) {
-                if (begin + i + ahead < count) {
-                    const PackedPosition* next = points_ + leaves[begin + i + ahead].begin();
-                    __builtin_prefetch(next);
-                    __builtin_prefetch(next + 10);
-                }
-                addLeaf(leaves[begin + i], i);
-            }
-        }
+        visitLeaves<perspective>(map_, leaves, count, points_, block_,
+                                 [this](const LeafPoints& leaf, std::size_t i) { addLeaf(leaf, i); });
     }
 
   private:
@@ -193,7 +202,6 @@ class TileGather {
     const CellSums sums_;
     const std::array<LevelDepth, deepestLeafLevel + 1> depths_;
     LeafPlaces block_;
-    HWY_ALIGN std::array<LeafCell, LeafPlaces::block> blockCells_;
     HWY_ALIGN std::array<std::int32_t, mostLanes> numbers_;
     HWY_ALIGN std::array<float, mostLanes> places_;
 };
@@ -207,20 +215,147 @@ void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t cou
     }
 }
 
+/// Adds discs to the cells of one tile, a packet's rows at a time.
+class TileDiscs {
+  public:
+    TileDiscs(const DiscFootprint& disc, Tile tile, TileCells& cells)
+        : disc_(disc),
+          box_{static_cast<std::int32_t>(tile.column * Tile::edge),
+               static_cast<std::int32_t>(tile.row * Tile::edge),
+               static_cast<std::int32_t>((tile.column + 1) * Tile::edge),
+               static_cast<std::int32_t>((tile.row + 1) * Tile::edge)},
+          lastSlab_(cells.slabs() - 1),
+          cells_(cells.cells()),
+          touched_(cells.touched()) {}
+
+    const PixelBox& box() const { return box_; }
+
+    HWY_INLINE void add(const Discs& discs, float weighs) const {
+        for (std::size_t i = 0; i < discs.count(); ++i) addDisc(discs, i, weighs);
+    }
+
+  private:
+    static constexpr std::int32_t edge = Tile::packetEdge, rows = static_cast<std::int32_t>(mostLanes) / edge;
+    static_assert(mostLanes == 4 || mostLanes == 8 || mostLanes == 16);
+
+    /// Lanes are the pixels of a packet's rows in such an order that weights and depths, interleaved within
+    /// blocks of 128 bits, are cells in theirs.
+    static constexpr LaneOffsets offsets = [] {
+        LaneOffsets made{};
+        for (std::size_t lane = 0; lane < mostLanes; ++lane) {
+            const std::size_t block = lane / 4, inside = lane % 4;
+            const std::size_t pixel = (inside < 2 ? 0 : mostLanes / 2) + 2 * block + inside % 2;
+            made.x[lane] = static_cast<float>(pixel % edge) + 0.5F;
+            made.y[lane] = static_cast<float>(pixel / edge) + 0.5F;
+        }
+        return made;
+    }();
+
+    HWY_INLINE Float weightsOf(Int steps) const {
+        if (disc_.proportional())
+            return hn::Mul(hn::ConvertTo(floats, steps), hn::Set(floats, 1.0F / DiscFootprint::steps));
+        return hn::GatherIndex(floats, disc_.weights().data(), steps);
+    }
+
+    HWY_INLINE void addDisc(const Discs& discs, std::size_t i, float weighs) const {
+        const PixelBox at = discs.box(i);
+        const std::uint32_t slab = std::min(static_cast<std::uint32_t>(discs.slab(i)), lastSlab_);
+        const Float place = hn::Set(floats, discs.slab(i) - static_cast<float>(slab));
+        const Float reach = hn::Set(floats, disc_.reach()), weight = hn::Set(floats, weighs);
+        const Float x = hn::Set(floats, discs.x(i)), y = hn::Set(floats, discs.y(i));
+        const Float offsetX = hn::Load(floats, offsets.x.data()),
+                    offsetY = hn::Load(floats, offsets.y.data());
+        PointCell* const cells = cells_ + std::size_t{slab} * Tile::pixels;
+        std::uint8_t* const touched = touched_ + std::size_t{slab} * Tile::packets;
+        const std::int32_t firstColumn = (at.left - box_.left) / edge * edge, end = at.right - box_.left;
+        for (std::int32_t row = (at.top - box_.top) / rows * rows; row < at.bottom - box_.top; row += rows) {
+            const Float dy =
+                hn::Sub(hn::Add(hn::Set(floats, static_cast<float>(box_.top + row)), offsetY), y);
+            for (std::int32_t column = firstColumn; column < end; column += edge) {
+                const Float dx =
+                    hn::Sub(hn::Add(hn::Set(floats, static_cast<float>(box_.left + column)), offsetX), x);
+                const Int steps = coverageSteps(dx, dy, reach);
+                if (hn::AllFalse(ints, hn::Gt(steps, hn::Zero(ints)))) continue;
+                const std::uint32_t pixel =
+                    Tile::pixelIndex(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
+                touched[pixel / Tile::packetPixels] = 1;
+                addTo(cells + pixel, hn::Mul(weight, weightsOf(steps)), place);
+            }
+        }
+    }
+
+    HWY_INLINE static void addTo(PointCell* cells, Float weight, Float place) {
+        static_assert(sizeof(PointCell) == 2 * sizeof(float));
+        float* const sums = &cells->weight;
+        const Float depth = hn::Mul(weight, place);
+        const auto add = [](float* to, Float what) {
+            hn::StoreU(hn::Add(hn::LoadU(floats, to), what), floats, to);
+        };
+        add(sums, hn::InterleaveLower(floats, weight, depth));
+        add(sums + mostLanes, hn::InterleaveUpper(floats, weight, depth));
+    }
+
+    const DiscFootprint& disc_;
+    const PixelBox box_;
+    const std::uint32_t lastSlab_;
+    PointCell* const cells_;
+    std::uint8_t* const touched_;
+};
+
+template <bool perspective>
+void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t count,
+                   const PackedPosition* points, const PackedPosition* end, const DiscFootprint& disc,
+                   Tile tile, TileCells& cells) {
+    const TileDiscs tileDiscs(disc, tile, cells);
+    const NearBox near(tileDiscs.box(), disc.reach());
+    const Float farthest = hn::Set(floats, static_cast<float>(map.slabs()));
+    LeafPlaces places;
+    Discs discs;
+    visitLeaves<perspective>(map, leaves, count, points, places, [&](const LeafPoints& leaf, std::size_t i) {
+        const LeafMap<perspective> toScreen(map, leaf.cell, places, i);
+        const SlabRow toSlab = slabRow(map, leaf.cell, places, i);
+        for (std::size_t k = 0; k < leaf.count(); k += hn::Lanes(floats)) {
+            const Places at = loadPlaces(points + leaf.begin() + k, end);
+            const Projected pixel = toScreen(at);
+            const Mask seen = near(pixel, hn::FirstN(floats, leaf.count() - k));
+            if (hn::AllFalse(floats, seen)) continue;
+            const Float slab = hn::Min(hn::Max(toSlab(at), hn::Zero(floats)), farthest);
+            discs.set<true>(pixel.x, pixel.y, slab, seen, disc.reach(), tileDiscs.box());
+            tileDiscs.add(discs, leaf.weight());
+        }
+    });
+}
+
+void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t count,
+                 const PackedPosition* points, const PackedPosition* end, const DiscFootprint& disc,
+                 Tile tile, TileCells& cells) {
+    if (map.perspective) {
+        gatherDiscsOf<true>(map, leaves, count, points, end, disc, tile, cells);
+    } else {
+        gatherDiscsOf<false>(map, leaves, count, points, end, disc, tile, cells);
+    }
+}
+
+void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
+                       TileCells& cells) {
+    const TileDiscs tileDiscs(disc, tile, cells);
+    Discs discs;
+    for (std::size_t i = 0; i < count; i += mostLanes) {
+        discs.set<true>(points + i, std::min(count - i, mostLanes), disc.reach(), tileDiscs.box());
+        tileDiscs.add(discs, 1.0F);
+    }
+}
+
 /// Keeps the points of a vector that lie within a margin of the picture.
 struct NearView {
-    Float low, right, bottom, farthest;
+    NearBox near;
+    Float farthest;
 
     HWY_INLINE NearView(const PointMap& map, float margin)
-        : low(hn::Set(floats, -margin)),
-          right(hn::Set(floats, static_cast<float>(map.width) + margin)),
-          bottom(hn::Set(floats, static_cast<float>(map.height) + margin)),
-          farthest(hn::Set(floats, static_cast<float>(map.slabs()))) {}
+        : near(pictureOf(map), margin), farthest(hn::Set(floats, static_cast<float>(map.slabs()))) {}
 
     HWY_INLINE std::size_t store(const Projected& at, Float slab, Mask drawn, ScreenPoint* out) const {
-        const Mask inX = hn::And(hn::Ge(at.x, low), hn::Le(at.x, right));
-        const Mask inY = hn::And(hn::Ge(at.y, low), hn::Le(at.y, bottom));
-        const Mask seen = hn::And(hn::And(inX, inY), hn::And(at.seen, drawn));
+        const Mask seen = near(at, drawn);
         HWY_ALIGN std::array<float, mostLanes> xs, ys, slabs;
         const std::size_t hits = hn::CompressStore(at.x, seen, floats, xs.data());
         hn::CompressStore(at.y, seen, floats, ys.data());
@@ -330,6 +465,8 @@ namespace mote::render {
 
 HWY_EXPORT(leafTiles);
 HWY_EXPORT(gatherPoints);
+HWY_EXPORT(gatherDiscs);
+HWY_EXPORT(gatherScreenDiscs);
 HWY_EXPORT(projectPoints);
 HWY_EXPORT(projectPreview);
 HWY_EXPORT(packPreview);
@@ -342,6 +479,17 @@ void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t cou
                   const storage::PackedPosition* points, const storage::PackedPosition* end, Tile tile,
                   TileCells& cells) {
     HWY_DYNAMIC_DISPATCH(gatherPoints)(map, leaves, count, points, end, tile, cells);
+}
+
+void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t count,
+                 const storage::PackedPosition* points, const storage::PackedPosition* end,
+                 const DiscFootprint& disc, Tile tile, TileCells& cells) {
+    HWY_DYNAMIC_DISPATCH(gatherDiscs)(map, leaves, count, points, end, disc, tile, cells);
+}
+
+void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
+                       TileCells& cells) {
+    HWY_DYNAMIC_DISPATCH(gatherScreenDiscs)(points, count, disc, tile, cells);
 }
 
 std::size_t projectPoints(const PointMap& map, LeafCell cell, const storage::PackedPosition* points,

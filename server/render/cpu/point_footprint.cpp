@@ -51,12 +51,13 @@ DotFootprint pointFootprint(const PointLook& look) {
     return {0.0F, look.light > 0.0 ? 1.0F : size * size * opacity};
 }
 
-DiscFootprint::DiscFootprint(double size, double opacity) : reach_(static_cast<float>(0.5 * size + 0.5)) {
+DiscFootprint::DiscFootprint(double size, double opacity)
+    : reach_(static_cast<float>(0.5 * size + 0.5)), proportional_(!(opacity > 0.0)) {
     // A pixel of coverage c has the opacity c * opacity: its optical depth is not in proportion.
     for (std::uint32_t i = 0; i <= steps; ++i) {
         const double coverage = static_cast<double>(i) / steps;
         const double share =
-            opacity > 0.0 ? std::log1p(-opacity * coverage) / std::log1p(-opacity) : coverage;
+            proportional_ ? coverage : std::log1p(-opacity * coverage) / std::log1p(-opacity);
         weight_[i] = static_cast<float>(share);
     }
 }

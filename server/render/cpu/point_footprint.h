@@ -24,11 +24,17 @@ struct PixelBox {
 /// once a picture.
 class DiscFootprint {
   public:
+    static constexpr std::uint32_t steps = 1024;  ///< of coverage: opacity to within a thousandth
+
     /// `size`: diameter in pixels, above 1; `opacity`: of a whole point.
     DiscFootprint(double size, double opacity);
 
     /// How far it reaches from a point's centre, pixels.
     float reach() const { return reach_; }
+    /// The weight of a pixel by its coverage, in steps.
+    const std::array<float, steps + 1>& weights() const { return weight_; }
+    /// Whether the weight is the coverage.
+    bool proportional() const { return proportional_; }
 
     /// Calls add(column, row, weight) for each pixel of `box` that a point at (x, y) covers: its optical
     /// depth over that of a whole point, above 0, at most 1.
@@ -36,9 +42,8 @@ class DiscFootprint {
     void spread(float x, float y, const PixelBox& box, Add add) const;
 
   private:
-    static constexpr std::uint32_t steps = 1024;  // of coverage: opacity to within a thousandth
-
     float reach_;
+    bool proportional_;
     std::array<float, steps + 1> weight_;  // by coverage
 };
 

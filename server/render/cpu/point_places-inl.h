@@ -18,6 +18,7 @@
 #include <type_traits>
 
 #include "server/render/cpu/leaf_places-inl.h"
+#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/points_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -210,6 +211,94 @@ HWY_INLINE Quarters countQuarters(const LeafPlaces& places, std::size_t leaf, co
         both += static_cast<std::uint32_t>(std::popcount(isRight & isBelow));
     }
     return {static_cast<std::uint32_t>(count) - right - below + both, right - both, below - both, both};
+}
+
+/// A vector of discs, and the pixels [left, right) x [top, bottom) of a box that each may touch.
+class Discs {
+  public:
+    /// Those of the mask. `slab`: where `slabs`.
+    template <bool slabs>
+    HWY_INLINE void set(Float x, Float y, Float slab, Mask seen, float reach, const PixelBox& box) {
+        count_ = hn::CompressStore(x, seen, floats, x_.data());
+        hn::CompressStore(y, seen, floats, y_.data());
+        if (slabs) hn::CompressStore(slab, seen, floats, slab_.data());
+        // Pixel i has its centre at i + 1/2.
+        const Float toCentre = hn::Set(floats, 0.5F), far = hn::Set(floats, reach);
+        const auto first = [&](Float at, std::int32_t least) {
+            const Float pixel = hn::Floor(hn::Add(hn::Sub(at, far), toCentre));
+            return hn::Max(hn::ConvertTo(ints, pixel), hn::Set(ints, least));
+        };
+        const auto end = [&](Float at, std::int32_t most) {
+            const Float pixel = hn::Ceil(hn::Sub(hn::Add(at, far), toCentre));
+            return hn::Min(hn::Add(hn::ConvertTo(ints, pixel), hn::Set(ints, 1)), hn::Set(ints, most));
+        };
+        const auto mask = hn::RebindMask(ints, seen);
+        hn::CompressStore(first(x, box.left), mask, ints, left_.data());
+        hn::CompressStore(end(x, box.right), mask, ints, right_.data());
+        hn::CompressStore(first(y, box.top), mask, ints, top_.data());
+        hn::CompressStore(end(y, box.bottom), mask, ints, bottom_.data());
+    }
+
+    /// Those of some points on the screen, no more than a vector.
+    template <bool slabs>
+    HWY_INLINE void set(const ScreenPoint* points, std::size_t count, float reach, const PixelBox& box) {
+        HWY_ALIGN std::array<float, mostLanes> x{}, y{}, slab{};
+        for (std::size_t i = 0; i < count; ++i) {
+            x[i] = points[i].x;
+            y[i] = points[i].y;
+            if (slabs) slab[i] = points[i].slab;
+        }
+        set<slabs>(hn::Load(floats, x.data()), hn::Load(floats, y.data()), hn::Load(floats, slab.data()),
+                   hn::FirstN(floats, count), reach, box);
+    }
+
+    HWY_INLINE std::size_t count() const { return count_; }
+    HWY_INLINE float x(std::size_t i) const { return x_[i]; }
+    HWY_INLINE float y(std::size_t i) const { return y_[i]; }
+    HWY_INLINE float slab(std::size_t i) const { return slab_[i]; }
+    HWY_INLINE PixelBox box(std::size_t i) const { return {left_[i], top_[i], right_[i], bottom_[i]}; }
+
+  private:
+    std::size_t count_ = 0;
+    HWY_ALIGN std::array<float, mostLanes> x_, y_, slab_;
+    HWY_ALIGN std::array<std::int32_t, mostLanes> left_, top_, right_, bottom_;
+};
+
+/// What a disc covers of a vector of pixels, in DiscFootprint::steps. `x`, `y`: how far the centres of the
+/// pixels lie from its own.
+HWY_INLINE Int coverageSteps(Float x, Float y, Float reach) {
+    const Float distance = hn::Sqrt(hn::Add(hn::Mul(x, x), hn::Mul(y, y)));
+    const Float coverage =
+        hn::Min(hn::Max(hn::Sub(reach, distance), hn::Zero(floats)), hn::Set(floats, 1.0F));
+    const Float steps = hn::Set(floats, static_cast<float>(DiscFootprint::steps));
+    return hn::ConvertTo(ints, hn::Add(hn::Mul(coverage, steps), hn::Set(floats, 0.5F)));
+}
+
+/// Places of a vector's lanes among the pixels around them.
+struct LaneOffsets {
+    alignas(64) std::array<float, mostLanes> x, y;
+};
+
+/// The points of a vector that lie within a margin of a part of the picture.
+struct NearBox {
+    Float left, right, top, bottom;
+
+    HWY_INLINE NearBox(const PixelBox& box, float margin)
+        : left(hn::Set(floats, static_cast<float>(box.left) - margin)),
+          right(hn::Set(floats, static_cast<float>(box.right) + margin)),
+          top(hn::Set(floats, static_cast<float>(box.top) - margin)),
+          bottom(hn::Set(floats, static_cast<float>(box.bottom) + margin)) {}
+
+    HWY_INLINE Mask operator()(const Projected& at, Mask drawn) const {
+        const Mask inX = hn::And(hn::Ge(at.x, left), hn::Le(at.x, right));
+        const Mask inY = hn::And(hn::Ge(at.y, top), hn::Le(at.y, bottom));
+        return hn::And(hn::And(inX, inY), hn::And(at.seen, drawn));
+    }
+};
+
+/// All of a map's picture.
+HWY_INLINE PixelBox pictureOf(const PointMap& map) {
+    return {0, 0, static_cast<std::int32_t>(map.width), static_cast<std::int32_t>(map.height)};
 }
 
 /// A vector of preview points: their places in the whole box, and whether they are drawn.

@@ -4,11 +4,13 @@
 // the memory they are given; any thread.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 
 #include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/plan/preview_selection.h"
@@ -29,9 +31,24 @@ struct LeafRun {
 /// Counts that are kept behind those of the pixels, for the lanes of a vector that shall count nowhere.
 inline constexpr std::size_t spareCounts = 64;
 
+/// Where depth does not matter, more points are not seen in a pixel that holds so much: leaves all of whose
+/// pixels do are not read.
+using FullCount = std::uint32_t;
+inline constexpr FullCount neverFull = ~FullCount{0};
+
 /// Adds one to the pixel of each point in view, counts[y * width + x], behind which there are spareCounts
-/// more. Returns how many points were drawn, but for leaves out of view.
-std::uint64_t countPoints(const PointMap& map, const LeafRun& run, std::uint32_t* counts);
+/// more; pixels that are full may get less. Returns how many points were drawn, but for leaves out of view.
+std::uint64_t countPoints(const PointMap& map, const LeafRun& run, FullCount full, std::uint32_t* counts);
+
+/// What discs add where depth does not matter.
+struct FlatDiscs {
+    float reach;                                                ///< as DiscFootprint's
+    std::array<std::uint32_t, DiscFootprint::steps + 1> units;  ///< by coverage, at most 2^31
+};
+
+/// The same of discs: adds to each pixel what they cover of it. No count exceeds 2^32 - 1.
+std::uint64_t countDiscs(const PointMap& map, const LeafRun& run, const FlatDiscs& discs, FullCount full,
+                         std::uint32_t* counts);
 
 /// Tiles [left, right) x [top, bottom).
 struct TileBox {
@@ -68,6 +85,19 @@ struct ScreenPoint {
     float x, y;  ///< pixels
     float slab;  ///< from the layer's first on, 0 to PointMap::slabs
 };
+
+/// countDiscs of points on the screen.
+void countScreenDiscs(const PointMap& map, const ScreenPoint* points, std::size_t count,
+                      const FlatDiscs& discs, std::uint32_t* counts);
+
+/// Adds what each disc covers of the tile's pixels, times its weight, to their cells.
+void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t count,
+                 const storage::PackedPosition* points, const storage::PackedPosition* end,
+                 const DiscFootprint& disc, Tile tile, TileCells& cells);
+
+/// The same of points on the screen, each of weight 1.
+void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
+                       TileCells& cells);
 
 /// The points of one run that lie within `margin` pixels of the picture, in their order; `out` has room for
 /// `count`. Returns how many there are.

@@ -191,12 +191,13 @@ void TilePoints::visitTiles(const ScreenPoint& point, Visit visit) const {
 void TilePoints::gather(Tile tile, TileCells& cells) const {
     if (alone_) return;
     const auto leaves = leaves_.of(index(tile));
+    const auto discs = discPoints_.of(index(tile));
     if (discs_) {
-        addDiscs(leaves, tile, cells);
+        gatherDiscs(*map_, leaves.data(), leaves.size(), points_, end_, *discs_, tile, cells);
+        gatherScreenDiscs(discs.data(), discs.size(), *discs_, tile, cells);
     } else {
         gatherPoints(*map_, leaves.data(), leaves.size(), points_, end_, tile, cells);
     }
-    for (const auto& point : discPoints_.of(index(tile))) addDisc(point, 1.0F, tile, cells);
     constexpr float step = 1.0F / (1 << placeBits);
     for (const TilePoint point : pixelPoints_.of(index(tile))) {
         const std::uint32_t cell = point >> placeBits;
@@ -206,15 +207,6 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
         cells.touched()[cell / Tile::packetPixels] = 1;
     }
     cells.settle();
-}
-
-void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const {
-    std::array<ScreenPoint, LeafPoints::mostPoints> screen;
-    for (const auto& leaf : leaves) {
-        const std::size_t hits = projectPoints(*map_, leaf.cell, points_ + leaf.begin(), leaf.count(), end_,
-                                               reach(), screen.data());
-        for (std::size_t i = 0; i < hits; ++i) addDisc(screen[i], leaf.weight(), tile, cells);
-    }
 }
 
 void TilePoints::appendAlone(Tile tile, std::vector<LonePoint>& out) const {
@@ -237,24 +229,6 @@ void TilePoints::appendAlone(Tile tile, std::vector<LonePoint>& out) const {
                 {{point.x, point.y, ink_, place, color_}, thinned_, static_cast<float>(tau), colors_});
         }
     }
-}
-
-void TilePoints::addDisc(const ScreenPoint& point, float weighs, Tile tile, TileCells& cells) const {
-    constexpr auto edge = static_cast<std::int32_t>(Tile::edge);
-    const auto left = static_cast<std::int32_t>(tile.column) * edge;
-    const auto top = static_cast<std::int32_t>(tile.row) * edge;
-    const std::uint32_t slab = std::min(static_cast<std::uint32_t>(point.slab), cells.slabs() - 1);
-    const float place = point.slab - static_cast<float>(slab);
-    discs_->spread(point.x, point.y, {left, top, left + edge, top + edge},
-                   [&](std::int32_t column, std::int32_t row, float share) {
-                       const float weight = weighs * share;
-                       const std::uint32_t pixel = Tile::pixelIndex(static_cast<std::uint32_t>(column - left),
-                                                                    static_cast<std::uint32_t>(row - top));
-                       PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
-                       cell.weight += weight;
-                       cell.depth += weight * place;
-                       cells.touched()[slab * Tile::packets + pixel / Tile::packetPixels] = 1;
-                   });
 }
 
 void TilePoints::verify(const PointsPlan& layer) const {

@@ -76,8 +76,6 @@ class TilePoints {
     void sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop);
     template <class Visit>
     void visitTiles(const ScreenPoint& point, Visit visit) const;
-    void addDisc(const ScreenPoint& point, float weighs, Tile tile, TileCells& cells) const;
-    void addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const;
 
     bool alone_ = false;
     DotFootprint ink_{0.0F};  // of one that stands alone

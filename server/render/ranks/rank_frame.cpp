@@ -98,7 +98,8 @@ std::optional<Picture> drawFlat(Ranks& ranks, CpuParts& parts, const FrameOrder&
         const StopRelay relay(ranks, order.number, stop);
         parts.arena.execute([&] {
             const auto cells = parts.leaves.of(only.step).upTo(*only.step, only.selection->drawn.size());
-            parts.flat.draw(order.plan, only, cells, relay.token());
+            parts.flat.draw(order.plan, only, cells, order.colors[*order.flatPoints].get(), order.format,
+                            relay.token());
         });
         only.step->check();
         messages.emplace(ranks, parts.flat.counts());

@@ -26,7 +26,8 @@ void count(benchmark::State& state) {
                               .leaves = drawn.size()};
     const auto map = render::PointMap::make(plan, plan.points[0]);
     std::vector<std::uint32_t> counts(std::size_t{plan.width} * plan.height + render::spareCounts);
-    for (auto _ : state) benchmark::DoNotOptimize(render::countPoints(map, run, counts.data()));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(render::countPoints(map, run, render::neverFull, counts.data()));
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
 }
 BENCHMARK(count)->Name("points/count")->Unit(benchmark::kMillisecond);

@@ -5,6 +5,7 @@
 #include <hwy/targets.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
@@ -17,6 +18,7 @@
 #include "server/render/plan/screen_map.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
+#include "tests/support/random.h"
 #include "tests/support/view_text.h"
 
 namespace mote::render {
@@ -90,12 +92,25 @@ Scene scene(const std::string& camera, const std::string& look = "") {
             {step}};
 }
 
-std::vector<std::uint32_t> flatCounts(const FramePlan& plan) {
+/// Of points so faint that no pixel is full of them.
+const char* const faint = ", 'opacity': 0.000001";
+
+FlatPoints flatPoints(const FramePlan& plan) {
     LeafCells cells;
     FlatPoints flat;
     const PointsPlan& layer = plan.points.at(0);
-    EXPECT_TRUE(flat.draw(plan, layer, cells.upTo(*layer.step, layer.selection->drawn.size()), {}));
+    EXPECT_TRUE(flat.draw(plan, layer, cells.upTo(*layer.step, layer.selection->drawn.size()), nullptr,
+                          PixelFormat::srgb8, {}));
+    return flat;
+}
+
+std::vector<std::uint32_t> flatCounts(const FramePlan& plan) {
+    const FlatPoints flat = flatPoints(plan);
     return {flat.counts().begin(), flat.counts().end()};
+}
+
+std::vector<std::uint8_t> pictureOf(const FramePlan& plan, const FlatPoints& points) {
+    return flatPicture(plan, plan.points[0], points, nullptr, PixelFormat::srgb8).pixels;
 }
 
 /// The weights of all tiles' cells by pixel, and the sum of how deep their points lie.
@@ -145,10 +160,29 @@ class CpuPointsTest : public testing::TestWithParam<std::int64_t> {
 
 TEST_P(CpuPointsTest, FlatCountsAreThePlainOnes) {
     for (const auto* camera : cameras) {
-        const auto plan = makeFramePlan(scene(camera), Quality::exact());
+        const auto plan = makeFramePlan(scene(camera, faint), Quality::exact());
         const auto expected = plainCounts(plan);
         EXPECT_LE(distance(flatCounts(plan), expected), allowance(expected)) << camera;
     }
+}
+
+TEST_P(CpuPointsTest, NothingIsMissedBehindAFullPixel) {
+    double leftOut = 0.0;
+    for (const auto* camera : cameras) {
+        const auto all = flatCounts(makeFramePlan(scene(camera, faint), Quality::exact()));
+        for (const char* look : {", 'opacity': 1", ", 'opacity': 0.2"}) {
+            const auto plan = makeFramePlan(scene(camera, look), Quality::exact());
+            const auto drawn = flatPoints(plan);
+            FlatPoints counted;
+            counted.take(all);
+            EXPECT_EQ(pictureOf(plan, drawn), pictureOf(plan, counted)) << camera << look;
+            const double left = std::accumulate(all.begin(), all.end(), 0.0) -
+                                std::accumulate(drawn.counts().begin(), drawn.counts().end(), 0.0);
+            EXPECT_GE(left, 0.0) << camera << look;
+            leftOut += left;
+        }
+    }
+    EXPECT_GT(leftOut, 1000.0);
 }
 
 TEST_P(CpuPointsTest, GatheredCellsHoldThePlainPoints) {
@@ -166,7 +200,8 @@ TEST_P(CpuPointsTest, GatheredCellsHoldThePlainPoints) {
 
 TEST_P(CpuPointsTest, DiscsAreSpreadAlikeFlatAndInTiles) {
     for (const auto* camera : cameras) {
-        const auto plan = makeFramePlan(scene(camera, ", 'sizePixels': 4.5, 'opacity': 0.3"), {.slabs = 8});
+        const auto plan =
+            makeFramePlan(scene(camera, faint + std::string(", 'sizePixels': 4.5")), {.slabs = 8});
         const auto flat = flatCounts(plan);
         const auto gathered = gather(plan);
         for (std::size_t i = 0; i < flat.size(); ++i) {
@@ -176,6 +211,70 @@ TEST_P(CpuPointsTest, DiscsAreSpreadAlikeFlatAndInTiles) {
         }
         const double sum = std::accumulate(gathered.weight.begin(), gathered.weight.end(), 0.0);
         EXPECT_NEAR(std::accumulate(flat.begin(), flat.end(), 0.0) / 256.0, sum, 0.01 * sum + 1e-3);
+    }
+}
+
+/// Points within and around a picture of 50 x 40 pixels.
+std::vector<ScreenPoint> somePlaces() {
+    test::Random random(11);
+    std::vector<ScreenPoint> places;
+    for (int i = 0; i < 300; ++i) {
+        places.push_back({static_cast<float>(random.between(-12.0, 62.0)),
+                          static_cast<float>(random.between(-12.0, 52.0)),
+                          static_cast<float>(random.between(0.0, 3.0))});
+    }
+    return places;
+}
+
+/// What they weigh in a pixel as discs, in double precision.
+double plainWeight(const std::vector<ScreenPoint>& places, double size, double opacity, double column,
+                   double row) {
+    double sum = 0.0;
+    for (const auto& place : places) {
+        const double d = std::hypot(column + 0.5 - double{place.x}, row + 0.5 - double{place.y});
+        const double coverage = std::clamp(size / 2.0 + 0.5 - d, 0.0, 1.0);
+        sum += opacity > 0.0 ? std::log1p(-opacity * coverage) / std::log1p(-opacity) : coverage;
+    }
+    return sum;
+}
+
+TEST_P(CpuPointsTest, DiscsCoverAsDefined) {
+    const auto places = somePlaces();
+    PointMap map{};
+    map.width = 50;
+    map.height = 40;
+    for (const double size : {1.2, 2.0, 4.5, 9.0, 21.0}) {
+        for (const double opacity : {0.0, 0.4}) {
+            const DiscFootprint disc(size, opacity);
+            FlatDiscs flat{disc.reach(), {}};
+            for (std::size_t i = 0; i < flat.units.size(); ++i)
+                flat.units[i] = static_cast<std::uint32_t>(std::lround(disc.weights()[i] * 65536.0F));
+            std::vector<std::uint32_t> counts(std::size_t{50} * 40 + spareCounts, 0);
+            countScreenDiscs(map, places.data(), places.size(), flat, counts.data());
+            TileCells cells(3);
+            gatherScreenDiscs(places.data(), places.size(), disc, {1, 0}, cells);
+            cells.settle();
+            for (std::uint32_t row = 0; row < 40; ++row) {
+                for (std::uint32_t column = 0; column < 50; ++column) {
+                    const double expected = plainWeight(places, size, opacity, column, row);
+                    // Coverage is told to a 1024th, the slope of the weight by it is at most 1.31 here, and
+                    // no more than 100 discs meet.
+                    EXPECT_NEAR(counts[row * 50 + column] / 65536.0, expected, 100 * 1.31 / 2048) << size;
+                    if (column < Tile::edge || row >= Tile::edge) continue;
+                    double gathered = 0.0;
+                    const std::uint32_t pixel = Tile::pixelIndex(column - Tile::edge, row);
+                    for (std::uint32_t slab = 0; slab < 3; ++slab) {
+                        const PointCell cell = cells.slab(slab)[pixel];
+                        gathered += double{cell.weight};
+                        EXPECT_TRUE(cell.weight == 0.0F ||
+                                    (cells.occupied(slab) >> (pixel / Tile::packetPixels) & 1) != 0);
+                    }
+                    EXPECT_NEAR(gathered, expected, 100 * 1.31 / 2048) << size;
+                }
+            }
+            EXPECT_TRUE(std::all_of(counts.begin() + 50 * 40, counts.end(),
+                                    [](std::uint32_t count) { return count == 0; }));
+        }
     }
 }
 
@@ -264,7 +363,7 @@ INSTANTIATE_TEST_SUITE_P(All, CpuPointsTest, testing::ValuesIn(vectorTargets()),
 TEST(CpuPoints, EveryKindOfVectorsCountsTheSame) {
     const auto targets = vectorTargets();
     for (const auto* camera : cameras) {
-        const auto plan = makeFramePlan(scene(camera), {.slabs = 24});
+        const auto plan = makeFramePlan(scene(camera, faint), {.slabs = 24});
         hwy::SetSupportedTargetsForTest(targets.front());
         const auto flat = flatCounts(plan);
         const auto gathered = gather(plan);
@@ -282,8 +381,8 @@ TEST(CpuPoints, AnyNumberOfThreadsCountsTheSame) {
     const auto discs = makeFramePlan(scene(cameras[0], ", 'sizePixels': 3"), {.slabs = 24});
     tbb::task_arena one(1), four(4);
     for (const auto& each : {plan, discs}) {
-        EXPECT_EQ(one.execute([&] { return flatCounts(each); }),
-                  four.execute([&] { return flatCounts(each); }));
+        EXPECT_EQ(one.execute([&] { return pictureOf(each, flatPoints(each)); }),
+                  four.execute([&] { return pictureOf(each, flatPoints(each)); }));
         EXPECT_EQ(one.execute([&] { return gather(each).weight; }),
                   four.execute([&] { return gather(each).weight; }));
     }
@@ -296,7 +395,7 @@ TEST(CpuPoints, AStoppedPictureSaysSo) {
     LeafCells cells;
     const auto& layer = plan.points[0];
     const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
-    EXPECT_FALSE(FlatPoints().draw(plan, layer, span, source.get_token()));
+    EXPECT_FALSE(FlatPoints().draw(plan, layer, span, nullptr, PixelFormat::srgb8, source.get_token()));
     EXPECT_FALSE(TilePoints().sort(plan, layer, span, nullptr, source.get_token()));
 }
 
