@@ -197,7 +197,7 @@ Status FilmRun::received(Open& open, ReceivedFrame frame) {
     if (--open.left > 0 || !open.keep) return success();
     const bool asItCame = lossless && order_.exposure.side() == 1 && order_.exposure.views() == 1;
     if (!asItCame) open.payload.clear();
-    const auto pixels = open.exposure.take();
+    auto pixels = open.exposure.take();
     for (const auto index : open.alike) {
         auto& report = drawn_[index] = open.report;
         report.index = index;
@@ -205,7 +205,7 @@ Status FilmRun::received(Open& open, ReceivedFrame frame) {
         finishing_.post({index, open.key, pixels, open.payload});
     }
     drawn_[open.index] = open.report;
-    finishing_.post({open.index, open.key, pixels, std::move(open.payload)});
+    finishing_.post({open.index, open.key, std::move(pixels), std::move(open.payload)});
     return success();
 }
 

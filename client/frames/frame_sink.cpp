@@ -2,6 +2,7 @@
 #include "client/frames/frame_sink.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <xxhash.h>
 #include <algorithm>
 #include <exception>
@@ -43,6 +44,12 @@ Status PictureFiles::put(DrawnFrame frame) {
 
 std::filesystem::path PictureFiles::fileOf(std::size_t index) const {
     return folder_ / pictureName(index, extension(format_));
+}
+
+void giveWayToDrawing() {
+    constexpr int niceness = 10;
+    // On Linux a priority is a thread's own.
+    ::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0) + niceness);
 }
 
 FinishingThreads::FinishingThreads(FrameSink& sink, unsigned threads, std::function<void()> wake)
@@ -93,6 +100,7 @@ Result<std::vector<std::size_t>> FinishingThreads::take() {
 }
 
 void FinishingThreads::work() {
+    giveWayToDrawing();
     std::unique_lock lock(mutex_);
     while (true) {
         changed_.wait(lock, [&] { return ending_ || !waiting_.empty(); });

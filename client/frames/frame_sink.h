@@ -81,8 +81,13 @@ class PictureFiles final : public FrameSink {
     bool made_ = false;
 };
 
-/// A few threads that hand frames to a sink while the next ones are drawn. One owner; its
-/// `wake` is called by the threads.
+/// Lowers the priority of the thread that calls it, and of those that it starts: who draws the next frames on
+/// this machine goes before those who pack the last. It stays high enough that whoever waits for one of its
+/// locks does not wait long.
+void giveWayToDrawing();
+
+/// A few threads that hand frames to a sink while the next ones are drawn, and give way to who draws them.
+/// One owner; its `wake` is called by the threads.
 class FinishingThreads {
   public:
     /// The sink outlives it. `wake`: something was finished.

@@ -133,6 +133,7 @@ Result<FramePixels> VideoFile::inTurn(std::size_t index) {
 }
 
 void VideoFile::encodeAll() {
+    giveWayToDrawing();
     Status outcome = success();
     try {
         outcome = videoOfFrames(

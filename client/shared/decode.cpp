@@ -34,8 +34,8 @@ Result<FramePixels> decodeZstd(FramePixels pixels, std::span<const std::uint8_t>
         return corrupt("frame",
                        fmt::format("the picture holds {} bytes where its size asks for {}", stated, size));
     }
-    std::vector<std::uint8_t> filtered(size);
-    const std::size_t got = ZSTD_decompress(filtered.data(), size, payload.data(), payload.size());
+    const auto filtered = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+    const std::size_t got = ZSTD_decompress(filtered.get(), size, payload.data(), payload.size());
     if (ZSTD_isError(got)) {
         return corrupt("frame", fmt::format("the picture is damaged: {}", ZSTD_getErrorName(got)));
     }
@@ -44,7 +44,7 @@ Result<FramePixels> decodeZstd(FramePixels pixels, std::span<const std::uint8_t>
                        fmt::format("the picture holds {} bytes where its size asks for {}", got, size));
     }
     pixels.bytes.resize(count * bytesPerPixel(pixels.format));
-    wire::unfilterRows(pixels.format, pixels.width, filtered, pixels.bytes);
+    wire::unfilterRows(pixels.format, pixels.width, {filtered.get(), size}, pixels.bytes);
     return pixels;
 }
 

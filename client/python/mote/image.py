@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import PIL.Image
     from numpy.typing import NDArray
 
-PNG_LEVEL = 6  # of zlib
+PNG_LEVEL = 4  # of zlib; 6 takes 1.3 to 2.2 times as long for 8% fewer bytes at most
 
 
 def encode_srgb(linear: NDArray[Any]) -> NDArray[np.uint8]:
