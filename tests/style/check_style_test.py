@@ -46,7 +46,7 @@ class Includes(unittest.TestCase):
             ("server/jobs/a.cpp", '"preprocess/progress.h"'),
             ("server/session/a.cpp", '"client/shared/client.h"'),
             ("server/render/cpu/a.cpp", '"server/render/layers/scene.h"'),
-            ("server/render/egl/a.cpp", '"server/render/cpu/packet.h"'),
+            ("server/render/egl/a.cpp", '"server/render/cpu/composite/packet.h"'),
             ("server/render/plan/a.cpp", '"server/render/layers/scene.h"'),
             ("server/data/a.cpp", '"server/frames/view_task.h"'),
             ("server/render/a.cpp", '"protocol/wire/frame.h"'),

@@ -7,9 +7,9 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
+#include "server/render/cpu/composite/packet.h"
 #include "server/render/cpu/cpu_parts.h"
 #include "server/render/cpu/cpu_picture.h"
-#include "server/render/cpu/packet.h"
 #include "server/render/cpu/vectors.h"
 
 namespace mote::render {

@@ -6,7 +6,7 @@
 
 #include <oneapi/tbb/task_arena.h>
 
-#include "server/render/cpu/composite.h"
+#include "server/render/cpu/composite/composite.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/leaf_cells.h"

@@ -23,7 +23,7 @@ constexpr std::size_t summedLeaves = 1024;
 constexpr std::size_t blockPoints = 1024;
 /// Room for the sums of all threads, bytes: of very large pictures fewer threads count.
 constexpr std::size_t sumBytes = std::size_t{1} << 30;
-constexpr float discUnit = 4096.0F;  // weight of a disc of full coverage
+constexpr float wholeDisc = 4096.0F;  // weight of a disc of full coverage
 
 void least(std::uint64_t& word, std::uint64_t key) {
     const std::atomic_ref shared(word);
@@ -181,7 +181,7 @@ class Summing {
                                least(sums_.words[2 * pixel], half ? key : key | farBit);
                            } else {
                                // As in PointFootprint: NOLINTNEXTLINE(bugprone-incorrect-roundings)
-                               const auto units = static_cast<std::uint64_t>(weight * discUnit + 0.5F);
+                               const auto units = static_cast<std::uint64_t>(weight * wholeDisc + 0.5F);
                                addTo(pixel, units, units * code);
                            }
                        });

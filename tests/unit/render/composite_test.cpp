@@ -2,7 +2,7 @@
 //
 // The cpu device's composite of points that are put into cells by hand, against closed forms, and the bytes
 // of its pixels.
-#include "server/render/cpu/composite.h"
+#include "server/render/cpu/composite/composite.h"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@
 
 #include <array>
 
-#include "server/render/cpu/composite_frame.h"
-#include "server/render/cpu/packet.h"
+#include "server/render/cpu/composite/composite_frame.h"
+#include "server/render/cpu/composite/packet.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -15,9 +15,9 @@
 #include <array>
 #include <cmath>
 
-#include "server/render/cpu/density_sample-inl.h"
-#include "server/render/cpu/grid_pieces-inl.h"
-#include "server/render/cpu/light-inl.h"
+#include "server/render/cpu/composite/density_sample-inl.h"
+#include "server/render/cpu/composite/grid_pieces-inl.h"
+#include "server/render/cpu/composite/light-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -97,7 +97,9 @@ struct CompositeFrame {
     std::vector<FrameSection> sections;  ///< front to back
     std::vector<SlabDepth> depths;       ///< of each slab
     float samplesPerCell;
-    bool cellByCell;       ///< rays go from cell to cell, for their kinks: at two samples a cell or more
+    std::uint8_t
+        smooth;       ///< how far apart the first rays of a TileLattice may be, in its nodes; 0: it has none
+    bool cellByCell;  ///< rays go from cell to cell, for their kinks: at two samples a cell or more
     glm::dvec2 window;     ///< half width and half height of the picture at depth 1
     glm::vec3 background;  ///< linear RGB
     PixelFormat format;

@@ -11,8 +11,8 @@
 
 #include <algorithm>
 
-#include "server/render/cpu/density_sample-inl.h"
-#include "server/render/cpu/packet.h"
+#include "server/render/cpu/composite/density_sample-inl.h"
+#include "server/render/cpu/composite/packet.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -10,7 +10,7 @@
 #define MOTE_GRID_SOURCE_INL_H
 #endif
 
-#include "server/render/cpu/light-inl.h"
+#include "server/render/cpu/composite/light-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/cpu/composite_frame.h"
+#include "server/render/cpu/composite/composite_frame.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
 
@@ -128,6 +129,29 @@ BoxSpace spaceOf(const FramePlan& plan, const FieldPlan& field, const VisibleFie
     return space;
 }
 
+/// The least edge of a cell in pixels, where the box is farthest.
+double leastCell(const FramePlan& plan, const glm::dmat4& boxToEye, const glm::dvec3& cells) {
+    double edge = std::numeric_limits<double>::infinity(), away = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        edge = std::min(edge, glm::length(glm::dvec3(boxToEye[axis])) / cells[axis]);
+    for (unsigned i = 0; i < 8; ++i)
+        away = std::max(away, -(boxToEye * glm::dvec4(i & 1U, i >> 1 & 1U, i >> 2 & 1U, 1.0)).z);
+    if (!plan.camera.perspective()) away = 1.0;
+    return edge / std::max(away, 1e-300) * plan.height / (2.0 * plan.camera.halfHeight());
+}
+
+/// How far apart rays may be so that none of a field's cells lies between them unseen, in nodes; 0 where they
+/// may not, and where there are no fields or others than densities.
+std::uint8_t smoothIn(const FramePlan& plan, const std::vector<FrameField>& fields) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        if (fields[i].grid) return 0;
+        least = std::min(least, leastCell(plan, plan.fields[i].boxToEye, fields[i].space.cells));
+    }
+    if (fields.empty() || !(least >= 2.0)) return 0;
+    return least >= 8.0 ? 4 : least >= 4.0 ? 2 : 1;
+}
+
 }  // namespace
 
 CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
@@ -138,6 +162,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       sections(sectionsOf(plan)),
       depths(depthsOf(plan)),
       samplesPerCell(static_cast<float>(std::clamp(plan.samplesPerCell, 0.25, 64.0))),
+      smooth(0),
       cellByCell(plan.samplesPerCell >= 2.0),
       window(plan.camera.halfHeight() * plan.width / plan.height, plan.camera.halfHeight()),
       background(plan.background),
@@ -159,6 +184,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
         if (field.grid() != nullptr)
             made.grid = gridSamples(*field.grid(), *visible[i].seen.table, made.space.cells);
     }
+    smooth = smoothIn(plan, fields);
 }
 
 }  // namespace mote::render

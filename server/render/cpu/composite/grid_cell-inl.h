@@ -12,7 +12,7 @@
 
 #include <array>
 
-#include "server/render/cpu/grid_source-inl.h"
+#include "server/render/cpu/composite/grid_source-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "server/render/cpu/composite_frame.h"
+#include "server/render/cpu/composite/composite_frame.h"
 #include "server/render/cpu/tile.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_dots.h"

@@ -9,7 +9,7 @@
 #define MOTE_LIGHT_INL_H
 #endif
 
-#include "server/render/cpu/density_sample-inl.h"
+#include "server/render/cpu/composite/density_sample-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -9,7 +9,7 @@
 #define MOTE_GRID_PIECES_INL_H
 #endif
 
-#include "server/render/cpu/grid_cell-inl.h"
+#include "server/render/cpu/composite/grid_cell-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

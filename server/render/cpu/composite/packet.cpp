@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/cpu/packet.h"
+#include "server/render/cpu/composite/packet.h"
 
 #include <algorithm>
 #include <bit>
@@ -49,13 +49,13 @@ bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, std::
 
 }  // namespace
 
-void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
+void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, const PacketPlaces& places,
                      const BoxSpace& space) {
     meets = hit = false;
     crowded_ = 0.0;
     for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
-        const double right = ((x + i % Tile::packetEdge + 0.5) / frame.width * 2.0 - 1.0) * frame.window.x;
-        const double up = (1.0 - (y + i / Tile::packetEdge + 0.5) / frame.height * 2.0) * frame.window.y;
+        const double right = (places[i].x / frame.width * 2.0 - 1.0) * frame.window.x;
+        const double up = (1.0 - places[i].y / frame.height * 2.0) * frame.window.y;
         Way way;
         const bool met = clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
                               rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs,
@@ -105,23 +105,32 @@ void PacketRays::enterSection(const FrameSection& section) {
     segment = std::clamp(segment, std::max((farthest - nearest) / mostSegments, leastSegment), slabs);
 }
 
-void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
-                 std::uint32_t packet, std::uint32_t x, std::uint32_t y) {
-    points = cells;
-    dots = tileDots;
-    number = packet;
-    slabs_ = frame.slabs;
+void Packet::setRays(const CompositeFrame& frame, const PacketPlaces& places) {
     anyHit = false;
     hitCount_ = 0;
+    glm::dvec2 low = places[0], high = places[0];
+    for (const auto& place : places) {
+        low = glm::min(low, place);
+        high = glm::max(high, place);
+    }
+    const double edge = std::max(high.x - low.x, high.y - low.y);
     for (std::size_t f = 0; f < frame.fields.size(); ++f) {
         const FrameField& field = frame.fields[f];
         rays[f].meets = false;
-        if (field.visible.seen.blocks == nullptr || !field.screen.meets(x, y, Tile::packetEdge)) continue;
-        rays[f].aim(frame, field.rays, x, y, field.space);
+        if (field.visible.seen.blocks == nullptr || !field.screen.meets(low.x, low.y, edge)) continue;
+        rays[f].aim(frame, field.rays, places, field.space);
         if (!rays[f].meets) continue;
         anyHit = true;
         hits_[hitCount_++] = f;
     }
+}
+
+void Packet::setPoints(const CompositeFrame& frame, std::span<const TileCells> cells,
+                       const TileDots* tileDots, std::uint32_t packet, std::uint32_t x, std::uint32_t y) {
+    points = cells;
+    dots = tileDots;
+    number = packet;
+    slabs_ = frame.slabs;
     occupied_.fill(0);
     for (const auto& layer : points) {
         for (std::uint32_t i = 0; i < layer.slabs(); ++i) {

@@ -7,10 +7,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <span>
 #include <vector>
 
-#include "server/render/cpu/composite_frame.h"
+#include "server/render/cpu/composite/composite_frame.h"
 #include "server/render/cpu/tile.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_dots.h"
@@ -25,6 +26,9 @@ struct alignas(64) Lanes {
     const float* data() const { return values.data(); }
     float& operator[](std::size_t i) { return values[i]; }
 };
+
+/// Where the rays of a packet go through the picture, in pixels from its upper left corner.
+using PacketPlaces = std::array<glm::dvec2, Tile::packetPixels>;
 
 /// The rays of a packet through one layer's volume. A ray's way through the box is told by v from 0, where it
 /// enters, to 1, where it leaves: v = clamp((slab - enter) * rate, 0, 1), and the place in cells is entry + v
@@ -45,8 +49,8 @@ struct PacketRays {
     float farthest = 0.0F;  ///< slab in which the last ray leaves
     float segment = 0.0F;   ///< slabs between two samples that bound a segment
 
-    /// (x, y): the first pixel of the packet in the picture. No section is entered yet.
-    void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
+    /// No section is entered yet.
+    void aim(const CompositeFrame& frame, const RayMap& rays, const PacketPlaces& places,
              const BoxSpace& space);
     /// Where any ray meets the box.
     void enterSection(const FrameSection& section);
@@ -70,9 +74,11 @@ struct Packet {
     const TileDots* dots = nullptr;  ///< null: none in the tile
     std::uint32_t number = 0;        ///< in its tile
 
-    /// The packet `packet` of a tile. `x`, `y`: its first pixel in the picture.
-    void set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
-             std::uint32_t packet, std::uint32_t x, std::uint32_t y);
+    /// The points and dots of packet `packet` of a tile. `x`, `y`: its first pixel in the picture.
+    void setPoints(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
+                   std::uint32_t packet, std::uint32_t x, std::uint32_t y);
+    /// Its rays through the fields.
+    void setRays(const CompositeFrame& frame, const PacketPlaces& places);
 
     /// Tells the rays' ways in slabs of a section.
     void enter(const FrameSection& section);

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/cpu/composite.h"
+#include "server/render/cpu/composite/composite.h"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <optional>
 #include <utility>
 
-#include "server/render/cpu/packet.h"
+#include "server/render/cpu/composite/packet.h"
+#include "server/render/cpu/composite/tile_lattice.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "server/render/cpu/composite.cpp"
+#define HWY_TARGET_INCLUDE "server/render/cpu/composite/composite.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target: these are compiled once for each target.
-#include "server/render/cpu/packet_walk-inl.h"
+#include "server/render/cpu/composite/packet_walk-inl.h"
+#include "server/render/cpu/composite/smooth_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -102,6 +105,37 @@ void compositePacket(const CompositeFrame& frame, Packet& packet, PacketSights& 
         storePixels(frame, walks[i].light(), pixels + i * lanes * words);
 }
 
+/// Walks as many nodes as the packet has rays, and tells them.
+void walkNodes(const CompositeFrame& frame, Packet& packet, PacketSights& sights,
+               std::span<const std::uint32_t> nodes, TileLattice& lattice) {
+    constexpr std::size_t lanes = hn::MaxLanes(Floats());
+    auto walks = walksOf(frame, packet, sights, std::make_index_sequence<Tile::packetPixels / lanes>());
+    for (const auto& section : frame.sections) {
+        packet.enter(section);
+        sights.clear();
+        for (std::size_t i = 0; i < walks.size(); ++i) {
+            auto& walk = walks[i];
+            walk.run(section, lattice.borders(), [&](std::size_t row) HWY_ATTR {
+                const Floats d;
+                const Light& light = walk.light();
+                alignas(64) std::array<TileLattice::Told, lanes> told;
+                hn::StoreInterleaved4(light.left, light.red, light.green, light.blue, d, told[0].data());
+                for (std::size_t k = 0; k < lanes && i * lanes + k < nodes.size(); ++k)
+                    lattice.at(row, nodes[i * lanes + k]) = told[k];
+            });
+        }
+    }
+}
+
+/// The pixels of a packet whose fields follow from the lattice.
+void compositeSmooth(const CompositeFrame& frame, const Packet& packet, const TileLattice& lattice,
+                     std::uint32_t* pixels) {
+    constexpr std::size_t lanes = hn::MaxLanes(Floats());
+    const std::size_t words = bytesPerPixel(frame.format) / sizeof(std::uint32_t);
+    for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
+        storePixels(frame, SmoothWalk(frame, packet, lattice, lane).run(), pixels + lane * words);
+}
+
 }  // namespace mote::render::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -110,6 +144,8 @@ namespace mote::render {
 namespace {
 
 HWY_EXPORT(compositePacket);
+HWY_EXPORT(compositeSmooth);
+HWY_EXPORT(walkNodes);
 
 /// The rows of a packet's pixels that lie in the picture.
 void writePacket(const CompositeFrame& frame, const std::uint8_t* pixels, std::uint32_t x, std::uint32_t y,
@@ -123,28 +159,80 @@ void writePacket(const CompositeFrame& frame, const std::uint8_t* pixels, std::u
     }
 }
 
+PacketPlaces placesOf(std::uint32_t x, std::uint32_t y) {
+    PacketPlaces places;
+    for (std::uint32_t i = 0; i < places.size(); ++i)
+        places[i] = glm::dvec2(x + i % Tile::packetEdge + 0.5, y + i / Tile::packetEdge + 0.5);
+    return places;
+}
+
+/// A tile's pixels, packet by packet.
+class TileComposite {
+  public:
+    TileComposite(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points,
+                  const TileDots* dots)
+        : frame_(frame), tile_(tile), points_(points), dots_(dots) {
+        constexpr std::uint32_t edge = Tile::edge;
+        const bool seen = std::any_of(frame.fields.begin(), frame.fields.end(), [&](const auto& field) {
+            return field.visible.seen.blocks != nullptr &&
+                   field.screen.meets(tile.column * edge, tile.row * edge, edge);
+        });
+        if (frame.smooth && seen && dots == nullptr) tellLattice();
+    }
+
+    /// Of the packet with the pixel (x, y) of the picture for its first; as many as a packet has.
+    void draw(std::uint32_t number, std::uint32_t x, std::uint32_t y, std::uint32_t* pixels) {
+        packet_.setPoints(frame_, points_, dots_, number, x, y);
+        const bool smooth = lattice_ && lattice_->smooth(number);
+        if (!smooth) packet_.setRays(frame_, placesOf(x, y));
+        if (!packet_.anyPoints && (smooth ? lattice_->blank(number) : !packet_.anyHit)) {
+            const std::size_t size = bytesPerPixel(frame_.format);
+            auto* const bytes = reinterpret_cast<std::uint8_t*>(pixels);
+            for (std::size_t i = 0; i < Tile::packetPixels; ++i)
+                std::memcpy(bytes + i * size, frame_.blank.data(), size);
+        } else if (smooth) {
+            HWY_DYNAMIC_DISPATCH(compositeSmooth)(frame_, packet_, *lattice_, pixels);
+        } else {
+            HWY_DYNAMIC_DISPATCH(compositePacket)(frame_, packet_, sights_, pixels);
+        }
+    }
+
+  private:
+    void tellLattice() {
+        TileLattice& lattice = lattice_.emplace(frame_, tile_, points_);
+        while (!lattice.wanted().empty()) {
+            for (auto left = lattice.wanted(); !left.empty();) {
+                const auto some = left.first(std::min<std::size_t>(left.size(), Tile::packetPixels));
+                packet_.setRays(frame_, lattice.places(some));
+                HWY_DYNAMIC_DISPATCH(walkNodes)(frame_, packet_, sights_, some, lattice);
+                left = left.subspan(some.size());
+            }
+            lattice.judge();
+        }
+    }
+
+    const CompositeFrame& frame_;
+    const Tile tile_;
+    const std::span<const TileCells> points_;
+    const TileDots* const dots_;
+    std::optional<TileLattice> lattice_;
+    Packet packet_;
+    PacketSights sights_;
+};
+
 }  // namespace
 
 void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points,
                    const TileDots* dots, std::uint8_t* picture) {
     constexpr std::uint32_t across = Tile::edge / Tile::packetEdge;
-    const std::size_t size = bytesPerPixel(frame.format);
     alignas(64) std::array<std::uint32_t, 2 * Tile::packetPixels> words{};
-    auto* const pixels = reinterpret_cast<std::uint8_t*>(words.data());
-    Packet packet;
-    PacketSights sights;
+    TileComposite composite(frame, tile, points, dots);
     for (std::uint32_t number = 0; number < Tile::packets; ++number) {
         const std::uint32_t x = tile.column * Tile::edge + number % across * Tile::packetEdge;
         const std::uint32_t y = tile.row * Tile::edge + number / across * Tile::packetEdge;
         if (x >= frame.width || y >= frame.height) continue;
-        packet.set(frame, points, dots, number, x, y);
-        if (packet.anyHit || packet.anyPoints) {
-            HWY_DYNAMIC_DISPATCH(compositePacket)(frame, packet, sights, words.data());
-        } else {
-            for (std::size_t i = 0; i < Tile::packetPixels; ++i)
-                std::memcpy(pixels + i * size, frame.blank.data(), size);
-        }
-        writePacket(frame, pixels, x, y, picture);
+        composite.draw(number, x, y, words.data());
+        writePacket(frame, reinterpret_cast<const std::uint8_t*>(words.data()), x, y, picture);
     }
 }
 

@@ -13,10 +13,10 @@
 #define MOTE_PACKET_WALK_INL_H
 #endif
 
-#include "server/render/cpu/field_march-inl.h"
-#include "server/render/cpu/field_sight-inl.h"
-#include "server/render/cpu/packet.h"
-#include "server/render/cpu/slab_points-inl.h"
+#include "server/render/cpu/composite/field_march-inl.h"
+#include "server/render/cpu/composite/field_sight-inl.h"
+#include "server/render/cpu/composite/packet.h"
+#include "server/render/cpu/composite/slab_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -31,10 +31,7 @@ class PacketWalk {
 
     /// Goes through a section that the packet has entered; from front to back through all of them.
     void run(const FrameSection& section) {
-        frontAt_.fill(-1.0F);
-        sights_.fill({});
-        asked_.fill(0);
-        end_ = section.endSlab();
+        enter(section);
         std::uint32_t at = section.firstSlab;
         while (at < end_ && !light_.gone()) {
             const std::uint32_t next = std::min(packet_.nextPoints(at), end_);
@@ -47,7 +44,34 @@ class PacketWalk {
     }
     const Light& light() const { return light_; }
 
+    /// Likewise through fields alone. At each border of slabs, of those that ascend, tell(its number among
+    /// them) is called.
+    template <class Tell>
+    HWY_INLINE void run(const FrameSection& section, std::span<const std::uint32_t> borders,
+                        const Tell& tell) {
+        enter(section);
+        std::uint32_t at = section.firstSlab;
+        for (std::size_t i = 0; i < borders.size() && borders[i] <= end_; ++i) {
+            if (borders[i] < at) continue;
+            walkFields(at, borders[i]);
+            at = borders[i];
+            tell(i);
+        }
+        walkFields(at, end_);
+    }
+
   private:
+    void enter(const FrameSection& section) {
+        frontAt_.fill(-1.0F);
+        sights_.fill({});
+        asked_.fill(0);
+        end_ = section.endSlab();
+    }
+    void walkFields(std::uint32_t from, std::uint32_t to) {
+        if (from < to && !packet_.hitFields().empty() && !light_.gone())
+            walkClear(static_cast<float>(from), static_cast<float>(to));
+    }
+
     struct StoredSample {
         Lanes way, density, integral, slope, red, green, blue;
     };

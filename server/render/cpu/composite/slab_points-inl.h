@@ -10,8 +10,8 @@
 #define MOTE_SLAB_POINTS_INL_H
 #endif
 
-#include "server/render/cpu/light-inl.h"
-#include "server/render/cpu/packet.h"
+#include "server/render/cpu/composite/light-inl.h"
+#include "server/render/cpu/composite/packet.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/composite/tile_lattice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace mote::render {
+namespace {
+
+// What a value between nodes may be off, in linear light: less than a 255th of what is seen as it is encoded
+// (sRGB), which is steeper where it is darker. Light that is left counts by its own share, since points
+// behind are seen by it.
+constexpr float darkError = 3e-4F, lightError = 0.011F, leftError = 0.009F;
+// What is off falls with the square of how far nodes lie apart where a field's slope changes at once, with
+// the cube where it is smooth: of nodes twice as far it is four to eight times as large.
+constexpr float allowedOfTwice = 6.0F;
+
+// What of light may be lost in a slab with points, as a share of what comes to it and at all: were it lost
+// evenly by optical depth, an eighth of the share's square is wrong.
+constexpr float mostLost = 0.25F, leastLost = 1e-3F;
+
+constexpr std::uint32_t squareSteps = 4;  // from side to side of a square that is judged
+constexpr std::uint32_t squareNodes = (squareSteps + 1) * (squareSteps + 1);
+constexpr std::uint32_t packetsAcross = Tile::edge / Tile::packetEdge;
+constexpr std::uint32_t packetSteps = Tile::packetEdge / TileLattice::apart;
+
+constexpr std::uint32_t latticeNode(std::uint32_t x, std::uint32_t y) {
+    return y * TileLattice::across + x;
+}
+
+/// Of a square of 5 x 5 nodes, `step` apart.
+constexpr std::uint32_t squareNode(std::uint32_t x, std::uint32_t y, std::uint32_t step, std::uint32_t k) {
+    return latticeNode(x + k % (squareSteps + 1) * step, y + k / (squareSteps + 1) * step);
+}
+
+/// The weights of what stands at 0, 2 and 4 for what is at a place from 0 to 4: a parabola.
+constexpr std::array<std::array<float, 3>, squareSteps + 1> parabolaWeights{{{1.0F, 0.0F, 0.0F},
+                                                                             {0.375F, 0.75F, -0.125F},
+                                                                             {0.0F, 1.0F, 0.0F},
+                                                                             {-0.125F, 0.75F, 0.375F},
+                                                                             {0.0F, 0.0F, 1.0F}}};
+
+}  // namespace
+
+/// How the value of a node follows from every second one of its square.
+struct TileLattice::Following {
+    std::array<std::uint32_t, 9> nodes;
+    std::array<float, 9> weight;
+    std::size_t count = 0;
+
+    /// Node (i, j) of the square with the first node (x, y), whose nodes are `step` apart.
+    Following(std::uint32_t x, std::uint32_t y, std::uint32_t step, std::uint32_t i, std::uint32_t j) {
+        for (std::uint32_t k = 0; k < 9; ++k) {
+            const float share = parabolaWeights[i][k % 3] * parabolaWeights[j][k / 3];
+            if (share == 0.0F) continue;
+            nodes[count] = latticeNode(x + 2 * step * (k % 3), y + 2 * step * (k / 3));
+            weight[count++] = share;
+        }
+    }
+};
+
+TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points)
+    : tile_(tile), rows_(frame.slabs), step_(frame.smooth) {
+    std::vector<std::uint8_t> occupied(frame.slabs, 0);
+    for (const auto& layer : points) {
+        for (std::uint32_t i = 0; i < layer.slabs(); ++i)
+            if (layer.occupied(i) != 0) occupied[layer.firstSlab() + i] = 1;
+    }
+    for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
+        if (occupied[slab] == 0) continue;
+        if (borders_.empty() || borders_.back() != slab) borders_.push_back(slab);
+        rows_[slab] = static_cast<std::uint32_t>(borders_.size() - 1);
+        borders_.push_back(slab + 1);
+        occupiedRows_.push_back(rows_[slab]);
+    }
+    if (borders_.empty() || borders_.back() != frame.slabs) borders_.push_back(frame.slabs);
+    told_ = std::make_unique_for_overwrite<Told[]>(borders_.size() * nodes);
+    const std::uint32_t edge = squareSteps * step_;
+    for (std::uint32_t y = 0; y + edge < across; y += edge) {
+        for (std::uint32_t x = 0; x + edge < across; x += edge) squares_.push_back({x, y});
+    }
+    wantNodes();
+}
+
+PacketPlaces TileLattice::places(std::span<const std::uint32_t> some) const {
+    PacketPlaces places;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::uint32_t node = some[std::min(i, some.size() - 1)];
+        places[i] = glm::dvec2(tile_.column * Tile::edge + node % across * apart,
+                               tile_.row * Tile::edge + node / across * apart);
+    }
+    return places;
+}
+
+void TileLattice::wantNodes() {
+    wanted_.clear();
+    for (const auto& square : squares_) {
+        for (std::uint32_t k = 0; k < squareNodes; ++k) {
+            const std::uint32_t node = squareNode(square.x, square.y, step_, k);
+            if (!std::exchange(known_[node], true)) wanted_.push_back(node);
+        }
+    }
+}
+
+void TileLattice::judge() {
+    std::vector<Square> refused;
+    for (const auto& square : squares_) {
+        const std::uint32_t agreed = quadrantsAgreeing(square.x, square.y, step_);
+        for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
+            const Square part{square.x + quadrant % 2 * 2 * step_, square.y + quadrant / 2 * 2 * step_};
+            if (!thin(part)) continue;
+            if ((agreed >> quadrant & 1U) != 0) {
+                agree(part);
+            } else {
+                refused.push_back(part);
+            }
+        }
+    }
+    step_ /= 2;
+    squares_ = step_ > 0 ? std::move(refused) : std::vector<Square>();
+    wantNodes();
+}
+
+/// Whether so little is lost between the borders of slabs with points that it is lost evenly there.
+bool TileLattice::thin(const Square& part) const {
+    for (std::uint32_t k = 0; k < 9; ++k) {
+        const std::uint32_t node = latticeNode(part.x + k % 3 * step_, part.y + k / 3 * step_);
+        for (const std::uint32_t row : occupiedRows_) {
+            const float front = at(row, node)[0];
+            if (front - at(row + 1, node)[0] > mostLost * front + leastLost) return false;
+        }
+    }
+    return true;
+}
+
+/// The packets of a quadrant follow from its nodes.
+void TileLattice::agree(const Square& part) {
+    const std::uint32_t packets = 2 * step_ / packetSteps;
+    for (std::uint32_t j = 0; j < packets; ++j) {
+        for (std::uint32_t i = 0; i < packets; ++i)
+            steps_[(part.y / packetSteps + j) * packetsAcross + part.x / packetSteps + i] =
+                static_cast<std::uint8_t>(step_);
+    }
+}
+
+TileLattice::Around TileLattice::around(std::uint32_t packet) const {
+    const std::uint32_t step = steps_[packet], edge = 2 * step;
+    const std::uint32_t x = packet % packetsAcross * packetSteps, y = packet / packetsAcross * packetSteps;
+    return {latticeNode(x / edge * edge, y / edge * edge), step,
+            glm::vec2(x % edge, y % edge) / static_cast<float>(step),
+            1.0F / static_cast<float>(step * apart)};
+}
+
+/// Whether a node is what follows from others, as nearly as is allowed of those twice as far apart as they
+/// are to be.
+bool TileLattice::agrees(std::uint32_t node, const Following& following) const {
+    const Told& end = at(lastRow(), node);
+    Told allowed, slope{allowedOfTwice * leftError, 0.0F, 0.0F, 0.0F};
+    for (std::size_t i = 0; i < end.size(); ++i)
+        allowed[i] = allowedOfTwice * (darkError + (i == 0 ? 0.0F : lightError * end[i]));
+    for (std::size_t row = 0; row < borders_.size(); ++row) {
+        const Told& own = at(row, node);
+        const Told followed = valueOf(row, following);
+        float worst = 0.0F;
+        for (std::size_t i = 0; i < own.size(); ++i)
+            worst = std::max(worst, std::abs(own[i] - followed[i]) - (allowed[i] + slope[i] * own[i]));
+        if (!(worst <= 0.0F)) return false;
+    }
+    return true;
+}
+
+TileLattice::Told TileLattice::valueOf(std::size_t row, const Following& following) const {
+    Told sum{};
+    for (std::size_t k = 0; k < following.count; ++k) {
+        const Told& one = at(row, following.nodes[k]);
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += following.weight[k] * one[i];
+    }
+    return sum;
+}
+
+/// By quarter of a square of 5 x 5 nodes, a bit each: whether all of its nodes follow from every second one
+/// of the square.
+std::uint32_t TileLattice::quadrantsAgreeing(std::uint32_t x, std::uint32_t y, std::uint32_t step) const {
+    std::uint32_t agreed = 15;
+    for (std::uint32_t k = 0; k < squareNodes; ++k) {
+        const std::uint32_t i = k % (squareSteps + 1), j = k / (squareSteps + 1);
+        std::uint32_t touched = 0;
+        for (std::uint32_t q = 0; q < 4; ++q) {
+            const std::uint32_t left = q % 2 * 2, top = q / 2 * 2;
+            if (i >= left && i <= left + 2 && j >= top && j <= top + 2) touched |= 1U << q;
+        }
+        if ((i % 2 == 0 && j % 2 == 0) || (agreed & touched) == 0) continue;
+        if (!agrees(squareNode(x, y, step, k), Following(x, y, step, i, j))) agreed &= ~touched;
+    }
+    return agreed;
+}
+
+bool TileLattice::blank(std::uint32_t packet) const {
+    const Around nodes = around(packet);
+    for (std::uint32_t k = 0; k < 9; ++k) {
+        if (at(lastRow(), nodes.first + nodes.step * latticeNode(k % 3, k / 3))[0] != 1.0F) return false;
+    }
+    return true;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TileLattice: what the fields of a tile give off and let through, told by rays sixteen, eight, four or two
+// pixels apart, where all pixels between follow from those (docs/RENDERING.md, "Lattices"). Rays are walked
+// in rounds, each among what the one before was too coarse for: whoever owns it asks which nodes are wanted,
+// tells them, and lets it judge. What it decides depends on nothing but what it was told, so the picture is
+// the same on any number of threads. Owned by one thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/render/cpu/composite/composite_frame.h"
+#include "server/render/cpu/composite/packet.h"
+#include "server/render/cpu/tile.h"
+#include "server/render/cpu/tile_cells.h"
+
+namespace mote::render {
+
+class TileLattice {
+  public:
+    static constexpr std::uint32_t apart = 2;  ///< nodes, pixels
+    static constexpr std::uint32_t across = Tile::edge / apart + 1, nodes = across * across;
+    /// Of a ray from its front to a border of slabs: what is left of light from behind, and the light
+    /// gathered, linear red, green and blue.
+    using Told = std::array<float, 4>;
+
+    /// For points of these cells, or none.
+    TileLattice(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points);
+
+    /// The borders of slabs that are to be told, ascending: those around slabs with points, and the last.
+    std::span<const std::uint32_t> borders() const { return borders_; }
+    /// The nodes that are to be walked now.
+    std::span<const std::uint32_t> wanted() const { return wanted_; }
+    /// Where up to as many nodes as a packet has pixels are; the last is repeated.
+    PacketPlaces places(std::span<const std::uint32_t> some) const;
+    /// `row`: of borders.
+    Told& at(std::size_t row, std::uint32_t node) { return told_[row * nodes + node]; }
+    const Told& at(std::size_t row, std::uint32_t node) const { return told_[row * nodes + node]; }
+
+    /// To be called when all wanted nodes are told: others may be wanted then.
+    void judge();
+
+    /// Whether the pixels of a packet follow from the nodes around it.
+    bool smooth(std::uint32_t packet) const { return steps_[packet] != 0; }
+    /// The nodes that a smooth packet follows from: three in each of three rows.
+    struct Around {
+        std::uint32_t first, step;
+        glm::vec2 corner;  ///< of the packet: from the first node, over the distance between two
+        float pixel;       ///< a pixel's edge, likewise
+    };
+    Around around(std::uint32_t packet) const;
+    /// Whether nothing is seen between those of a smooth packet.
+    bool blank(std::uint32_t packet) const;
+    /// Of the border before a slab with points; that behind it has the next one.
+    std::size_t row(std::uint32_t slab) const { return rows_[slab]; }
+    std::size_t lastRow() const { return borders_.size() - 1; }
+
+  private:
+    struct Following;
+    struct Square {
+        std::uint32_t x, y;  // its first node
+    };
+
+    void wantNodes();
+    bool thin(const Square& part) const;
+    void agree(const Square& part);
+    std::uint32_t quadrantsAgreeing(std::uint32_t x, std::uint32_t y, std::uint32_t step) const;
+    bool agrees(std::uint32_t node, const Following& following) const;
+    Told valueOf(std::size_t row, const Following& following) const;
+
+    const Tile tile_;
+    std::vector<std::uint32_t> borders_, wanted_;
+    std::vector<std::uint32_t> rows_;          // by slab
+    std::vector<std::uint32_t> occupiedRows_;  // of the slabs with points
+    std::unique_ptr<Told[]> told_;             // [row][node]
+    std::array<bool, nodes> known_{};          // or wanted
+    // Of this round: nodes so far apart, in these squares of 5 x 5 of them.
+    std::uint32_t step_;
+    std::vector<Square> squares_;
+    std::array<std::uint8_t, Tile::packets> steps_{};  // of smooth packets, else 0
+};
+
+}  // namespace mote::render
