@@ -330,6 +330,28 @@ TEST(ExtinctionTable, HoldsTheMeanBetweenTwoValues) {
     EXPECT_EQ(table.mean(below, below + 1.0), 0.0);
 }
 
+TEST(ExtinctionTable, TellsTheMostOfARange) {
+    test::Random random(4);
+    const test::HybridShape shape{.source = glm::uvec3(2), .low = glm::uvec3(2), .range = {-5.0, 3.0}};
+    const auto field = test::hybridOf(shape, [](const auto&) { return 0.0; });
+    const TransferTable cells(
+        {.opacity = Curve::create({{-2.0, 0.0}, {-1.0, 0.3}, {0.0, 0.1}, {2.0, 0.9}}, -10.0, 10.0).value(),
+         .opacityLength = 0.5,
+         .span = {-3.0, 2.5}});
+    const ExtinctionTable table(*field, cells);
+    for (int i = 0; i < 300; ++i) {
+        const double low = random.between(-5.0, 3.0), high = low + random.magnitude(-12, 2);
+        const auto cellOf = [&](double value) {
+            const double at = (value - cells.low()) / (cells.high() - cells.low()) * TransferTable::cells;
+            return static_cast<std::size_t>(std::clamp(at, 0.0, TransferTable::cells - 1.0));
+        };
+        double most = 0.0;
+        for (std::size_t cell = cellOf(low); cell <= cellOf(high); ++cell)
+            most = std::max(most, cells.ofCells()[cell].extinction);
+        EXPECT_EQ(table.most(low, high), most) << low << ' ' << high;
+    }
+}
+
 TEST(Rims, AreTheSteepBordersOfSurfaces) {
     Raster<float> sharp(64, 3), gentle(64, 3);
     for (std::uint32_t y = 0; y < 3; ++y) {

@@ -31,6 +31,9 @@ class ExtinctionTable {
         return (integral(to) - integral(from)) / (to - from);
     }
 
+    /// The greatest that any value in [low, high] has, in the field's unit.
+    double most(double low, double high) const;
+
   private:
     // Cells by which two places differ at least if a difference of integrals tells their mean.
     static constexpr double alike = 1e-3;
@@ -44,7 +47,10 @@ class ExtinctionTable {
 
     std::vector<double> extinction_;  // of each cell
     std::vector<double> sums_;        // before each cell
-    double first_, last_;             // where extinction begins; the last cell
+    /// The greatest of 2^i cells from each on.
+    std::vector<std::vector<double>> most_;
+    double low_, cellsAUnit_;  // of the table
+    double first_, last_;      // where extinction begins; the last cell
     double scale_, offset_;
 };
 

@@ -53,24 +53,22 @@ class RowMaker {
     }
 
   private:
-    /// Whether what is seen changes around a pixel.
+    /// Whether one of the pixels around sees something else.
     static bool detailed(const VolumeModalities& first, std::uint32_t column, std::uint32_t row) {
         const auto& opacity = first.opacity;
-        float least = HUGE_VALF, most = 0.0F, near = HUGE_VALF, far = 0.0F;
+        const float own = opacity.at(column, row), depth = first.depth.at(column, row);
+        const auto even = static_cast<float>(0.5 * leastDepthStep * first.modalities.extent);
         const std::uint32_t right = std::min(column + 1, opacity.width - 1),
                             bottom = std::min(row + 1, opacity.height - 1);
         for (std::uint32_t y = row > 0 ? row - 1 : 0; y <= bottom; ++y) {
             for (std::uint32_t x = column > 0 ? column - 1 : 0; x <= right; ++x) {
-                least = std::min(least, opacity.at(x, y));
-                most = std::max(most, opacity.at(x, y));
-                if (opacity.at(x, y) < surfaceOpacity) continue;
-                near = std::min(near, first.depth.at(x, y));
-                far = std::max(far, first.depth.at(x, y));
+                const float other = opacity.at(x, y);
+                const bool surface = other >= surfaceOpacity;
+                if (surface != (own >= surfaceOpacity) || std::abs(other - own) > evenOpacity) return true;
+                if (surface && std::abs(first.depth.at(x, y) - depth) > even) return true;
             }
         }
-        const auto even = static_cast<float>(0.5 * leastDepthStep * first.modalities.extent);
-        const bool outline = least < surfaceOpacity && most >= surfaceOpacity;
-        return outline || most - least > evenOpacity || far - near > even;
+        return false;
     }
     template <class Take>
     void eachRay(std::uint32_t column, std::uint32_t row, const Take& take) const {
@@ -94,7 +92,7 @@ class RowMaker {
         glm::dvec3 normal(0.0);
         float nearest = HUGE_VALF;
         eachRay(column, row, [&](std::uint32_t x, std::uint32_t y) {
-            const auto seen = rays_.look((x + 0.5) / side_, (y + 0.5) / side_, marks_);
+            const auto seen = rays_.look((x + 0.5) / side_, (y + 0.5) / side_, leastOpacity, scratch_);
             if (!(seen.opacity >= leastOpacity)) {
                 grey += paper_;
                 return;
@@ -126,7 +124,7 @@ class RowMaker {
     const double paper_;
     const std::uint32_t side_;
     VolumeModalities& made_;
-    VolumeRays::Marks marks_;
+    VolumeRays::Scratch scratch_;
 };
 
 /// The means of rays in each pixel.

@@ -2,6 +2,7 @@
 #include "server/render/layers/ink/volume_rays.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -37,17 +38,14 @@ double shine(double cosine) {
     return power;
 }
 
-/// What a thickness absorbs: 1 - exp(-thickness). Thin ones are by far the most; a series is exact to 1e-9.
+/// What a thickness absorbs: 1 - exp(-thickness). Thin ones are by far the most; a series is exact to 1e-11.
 double absorbedBy(double thickness) {
-    constexpr double least = 0.01;
-    if (thickness > least) return -std::expm1(-thickness);
-    return thickness * (1.0 - thickness / 2.0 * (1.0 - thickness / 3.0));
-}
-
-/// How far a place is from where it leaves [low, high] on a way, in steps.
-double leaves(double at, double step, double low, double high) {
-    if (step > 0.0) return (high - at) / step;
-    return step < 0.0 ? (low - at) / step : infinity;
+    constexpr double most = 0.25;
+    if (thickness > most) return -std::expm1(-thickness);
+    constexpr std::array<double, 7> terms{1.0 / 8, 1.0 / 7, 1.0 / 6, 1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2};
+    double sum = 1.0;
+    for (const double term : terms) sum = 1.0 - term * thickness * sum;
+    return thickness * sum;
 }
 
 }  // namespace
@@ -63,6 +61,53 @@ struct VolumeRays::Way {
     double depthAt(double i) const { return depth + i * perStep; }
 };
 
+/// The blocks on a way, one after the other (Amanatides and Woo 1987, A fast voxel traversal algorithm for
+/// ray tracing).
+class VolumeRays::BlockWalk {
+  public:
+    BlockWalk(const VolumeRays& rays, const Way& way) : steps_(way.steps) {
+        const double edge = 1U << rays.blocks_.edgeBits();
+        const glm::ivec3 count(rays.blocks_.count());
+        const glm::ivec3 strides(1, count.x, count.x * count.y);
+        for (int axis = 0; axis < 3; ++axis) {
+            // From a block's first sample to the next one's.
+            const double sample = way.begin[axis] - 0.5, step = way.step[axis];
+            const int at = std::clamp(static_cast<int>(std::floor(sample / edge)), 0, count[axis] - 1);
+            block_ += std::ptrdiff_t{at} * strides[axis];
+            left_[axis] = step > 0.0 ? count[axis] - 1 - at : at;
+            stride_[axis] = step > 0.0 ? strides[axis] : -strides[axis];
+            if (step == 0.0 || left_[axis] == 0) continue;
+            next_[axis] = ((step > 0.0 ? at + 1 : at) * edge - sample) / step;
+            across_[axis] = edge / std::abs(step);
+        }
+        findEnd();
+    }
+
+    std::size_t block() const { return static_cast<std::size_t>(block_); }
+    double begin() const { return begin_; }  ///< steps
+    double end() const { return end_; }
+    bool last() const { return end_ >= steps_; }
+    void goOn() {
+        block_ += stride_[axis_];
+        next_[axis_] = --left_[axis_] > 0 ? next_[axis_] + across_[axis_] : infinity;
+        begin_ = end_;
+        findEnd();
+    }
+
+  private:
+    void findEnd() {
+        axis_ = next_.x < next_.y ? (next_.x < next_.z ? 0 : 2) : (next_.y < next_.z ? 1 : 2);
+        end_ = std::max(begin_, std::min(next_[axis_], steps_));
+    }
+
+    const double steps_;
+    glm::dvec3 next_{infinity}, across_{infinity};  // steps to the next block along each axis, and between
+    glm::ivec3 left_{0}, stride_{0};                // blocks on the way
+    std::ptrdiff_t block_ = 0;
+    int axis_ = 0;  // of the next one
+    double begin_ = 0.0, end_ = 0.0;
+};
+
 /// A part of a way, in its steps.
 struct VolumeRays::Stretch {
     double begin, end;
@@ -71,11 +116,11 @@ struct VolumeRays::Stretch {
 /// What has been gathered of a ray.
 struct VolumeRays::Sight {
     double left = 1.0;
-    double light = 0.0;
-    glm::dvec3 normal{0.0};
-    Marks& marks;
-    // What is yet to be shaded: how much of the ray, from which step on, and the sum of steps by it.
+    std::vector<Mark>& marks;
+    std::vector<Part>& parts;
+    // Of the next part: how much of the ray, from which step on, and the sum of steps by it.
     double absorbed = 0.0, from = 0.0, places = 0.0;
+    double at = -1.0, value = 0.0;  // the step that it was followed to, and the field's place in the table
 
     void absorb(double step, double more) {
         if (absorbed == 0.0) from = step;
@@ -83,25 +128,36 @@ struct VolumeRays::Sight {
         places += more * step;
         left -= more;
     }
+    void endPart() {
+        if (absorbed > 0.0) parts.push_back({places / absorbed, absorbed});
+        absorbed = places = 0.0;
+    }
 };
 
 VolumeRays::VolumeRays(const InkVolume& volume, const glm::dmat4& transform, const Light& light,
                        const FramePlan& plan)
+    : VolumeRays(volume, gridRanges({.grid = volume.field}), transform, light, plan) {}
+
+VolumeRays::VolumeRays(const InkVolume& volume, const BlockRanges& ranges, const glm::dmat4& transform,
+                       const Light& light, const FramePlan& plan)
     : field_(*volume.field),
       samples_(field_),
       table_(volume.transfer),
       extinction_(field_, table_),
-      blocks_(gridRanges({.grid = volume.field}), table_),
+      blocks_(ranges, table_),
+      cellsToLayer_(glm::scale(field_.boxToLayer, 1.0 / samples_.cells())),
       light_(light),
       perspective_(plan.camera.perspective()),
       nearest_(nearLimit(plan.camera)),
       size_(plan.width, plan.height),
       pixels_(plan.height / (2.0 * plan.camera.halfHeight())),
       stepLength_(plan.exact ? exactStep : quickStep) {
+    for (const auto& range : ranges.ranges())
+        most_.push_back(static_cast<float>(extinction_.most(double{range.low}, double{range.high})));
+    leastExtinction_ = static_cast<float>(leastLost / longestStep());
     const glm::dmat4 cellsToLayer = glm::scale(field_.boxToLayer, 1.0 / samples_.cells());
     cellsToEye_ = plan.camera.worldToEye() * transform * cellsToLayer;
     eyeToCells_ = glm::inverse(cellsToEye_);
-    cellsToLayer_ = glm::dmat3(cellsToLayer);
     slopeToNormal_ = -glm::transpose(glm::dmat3(eyeToCells_));
     towards_ = glm::normalize(light.fixed ? glm::dmat3(plan.camera.worldToEye()) * light.direction
                                           : light.direction);
@@ -162,29 +218,21 @@ VolumeRays::Way VolumeRays::wayThrough(double x, double y) const {
     return std::isfinite(glm::dot(made.begin + made.step, glm::dvec3(1.0))) ? made : Way{};
 }
 
-std::uint8_t VolumeRays::blockAt(const glm::vec3& place) const {
-    const glm::vec3 sample = glm::clamp(place - 0.5F, glm::vec3(0.0F), glm::vec3(samples_.cells() - 1.0));
-    const glm::uvec3 at = glm::uvec3(sample) >> glm::uvec3(blocks_.edgeBits());
-    const glm::uvec3& count = blocks_.count();
-    return blocks_.steps()[(std::size_t{at.z} * count.y + at.y) * count.x + at.x];
+double VolumeRays::longestStep() const {
+    double squares = 0.0;
+    for (int axis = 0; axis < 3; ++axis) squares += glm::dot(cellsToLayer_[axis], cellsToLayer_[axis]);
+    return stepLength_ * std::sqrt(squares);
 }
 
-bool VolumeRays::visibleAt(const glm::vec3& place) const {
-    return blockAt(place) >= VisibleBlocks::visible;
-}
-
-double VolumeRays::skip(const Way& way, double step) const {
-    const glm::dvec3 sample = way.at(step) - 0.5;
-    const double blocks = std::max<int>(blockAt(glm::vec3(way.at(step))) & VisibleBlocks::farthest, 1);
-    const double edge = 1U << blocks_.edgeBits();
-    double most = infinity;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double last = samples_.cells()[axis] - 1.0;
-        const double block = std::floor(std::clamp(sample[axis], 0.0, last) / edge);
-        most = std::min(most, leaves(sample[axis], way.step[axis], (block - blocks + 1.0) * edge,
-                                     (block + blocks) * edge));
+bool VolumeRays::mayAbsorb(const Way& way, double thickness) const {
+    const double enough = thickness / way.length;
+    double sum = 0.0;
+    for (BlockWalk walk(*this, way); sum <= enough; walk.goOn()) {
+        // A step has the values at both its ends, and so may have all the extinction of either's block.
+        sum += double{most_[walk.block()]} * (walk.end() - walk.begin() + 1.0);
+        if (walk.last()) return sum > enough;
     }
-    return std::max(step + 1.0, std::floor(step + most));
+    return true;
 }
 
 /// By parts in which little is absorbed, so that depths within a step are told.
@@ -192,32 +240,29 @@ void VolumeRays::meet(const Way& way, const Stretch& stretch, double from, doubl
     const double length = stretch.end - stretch.begin;
     const double thickness = extinction_.mean(from, to) * way.length * length;
     if (!(sight.left * thickness > leastLost)) return;
-    const double parts = std::clamp(std::ceil(thickness / finest), 1.0, mostParts);
     const double start = way.depthAt(stretch.begin);
     if (sight.marks.empty() || sight.marks.back().depth < start)
         sight.marks.push_back({start, 1.0 - sight.left});
+    const double parts = thickness > finest ? std::min(std::ceil(thickness / finest), mostParts) : 1.0;
     for (double part = 0.0; part < parts; ++part) {
         const double begin = part / parts, end = (part + 1.0) / parts;
         const double mean = parts == 1.0
                                 ? thickness
                                 : way.length * length *
-                                      extinction_.mean(std::lerp(from, to, begin), std::lerp(from, to, end));
+                                      extinction_.mean(from + begin * (to - from), from + end * (to - from));
         sight.absorb(stretch.begin + 0.5 * (begin + end) * length, sight.left * absorbedBy(mean / parts));
         sight.marks.push_back({way.depthAt(stretch.begin + end * length), 1.0 - sight.left});
     }
     const bool far = (stretch.end - sight.from) * stepLength_ >= shadedWithin;
-    if (far || sight.absorbed > shadedTogether) shade(way, sight);
+    if (far || sight.absorbed > shadedTogether) sight.endPart();
 }
 
 /// As docs/PICTURE.md, "Light", has it, of the normal that the field has there.
-void VolumeRays::shade(const Way& way, Sight& sight) const {
-    const double absorbed = std::exchange(sight.absorbed, 0.0), places = std::exchange(sight.places, 0.0);
-    if (!(absorbed > 0.0)) return;
-    const glm::dvec3 across =
-        slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(way.at(places / absorbed))));
+void VolumeRays::shade(const Way& way, const Part& part, VolumeSeenOn& seen) const {
+    const glm::dvec3 across = slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(way.at(part.step))));
     const double length = glm::length(across);
     if (!(length > 0.0)) {
-        sight.light += absorbed * std::min(1.0, light_.ambient + light_.diffuse);
+        seen.light += part.absorbed * std::min(1.0, light_.ambient + light_.diffuse);
         return;
     }
     const glm::dvec3 normal = across / length;
@@ -225,34 +270,43 @@ void VolumeRays::shade(const Way& way, Sight& sight) const {
                  shines = glm::dot(normal, half_);
     const double diffuse = front * std::max(0.0, lit) + (1.0 - front) * std::max(0.0, -lit);
     const double specular = front * shine(shines) + (1.0 - front) * shine(-shines);
-    sight.light += absorbed * std::min(1.0, std::min(1.0, light_.ambient + light_.diffuse * diffuse) +
-                                                light_.specular * specular);
-    sight.normal += absorbed * (normal.z < 0.0 ? -across : across);
+    seen.light += part.absorbed * std::min(1.0, std::min(1.0, light_.ambient + light_.diffuse * diffuse) +
+                                                    light_.specular * specular);
+    seen.normal += part.absorbed * (normal.z < 0.0 ? -across : across);
 }
 
-VolumeSeenOn VolumeRays::look(double x, double y, Marks& marks) const {
-    const Way way = wayThrough(x, y);
-    marks.clear();
-    Sight sight{.marks = marks};
-    double before = 0.0;
-    bool known = false;
-    for (double step = 0.0; step < way.steps && sight.left > leastLeft;) {
+double VolumeRays::march(const Way& way, double step, double to, Sight& sight) const {
+    if (step != sight.at) sight.value = extinction_.at(samples_.code(glm::vec3(way.at(step))));
+    for (to = std::min(to, way.steps); step < to && sight.left > leastLeft;) {
         const double end = std::min(step + 1.0, way.steps);
-        if (!visibleAt(glm::vec3(way.at(step))) && !visibleAt(glm::vec3(way.at(end)))) {
-            shade(way, sight);
-            step = skip(way, step);
-            known = false;
-            continue;
-        }
-        if (!known) before = extinction_.at(samples_.code(glm::vec3(way.at(step))));
         const double after = extinction_.at(samples_.code(glm::vec3(way.at(end))));
-        meet(way, {step, end}, before, after, sight);
-        before = after;
-        known = true;
+        meet(way, {step, end}, std::exchange(sight.value, after), after, sight);
         step = end;
     }
-    shade(way, sight);
-    VolumeSeenOn seen{.opacity = 1.0 - sight.left, .light = sight.light, .normal = sight.normal};
+    return sight.at = step;
+}
+
+VolumeSeenOn VolumeRays::look(double x, double y, double least, Scratch& scratch) const {
+    const Way way = wayThrough(x, y);
+    auto& [marks, parts] = scratch;
+    marks.clear();
+    parts.clear();
+    if (!(way.steps > 0.0) || !mayAbsorb(way, -std::log1p(-least))) return {};
+    Sight sight{.marks = marks, .parts = parts};
+    double done = 0.0;
+    for (BlockWalk walk(*this, way);; walk.goOn()) {
+        if (most_[walk.block()] > leastExtinction_) {
+            // Those steps of which an end lies in the block.
+            const double first = std::max(done, std::ceil(walk.begin()) - 1.0);
+            if (first > done) sight.endPart();
+            done = std::max(done, march(way, first, std::ceil(walk.end()), sight));
+        }
+        if (walk.last() || !(sight.left > leastLeft)) break;
+    }
+    sight.endPart();
+    VolumeSeenOn seen{.opacity = 1.0 - sight.left};
+    if (!(seen.opacity >= least)) return {};
+    for (const auto& part : parts) shade(way, part, seen);
     if (marks.empty()) return seen;
     const double middle = 0.5 * marks.back().absorbed;
     std::size_t i = 1;

@@ -2,7 +2,7 @@
 //
 // VolumeRays: what rays through places of a picture see of a scalar field, as a drawing is made from it
 // (docs/INK.md, "Volumes and particles"). Made for a view; refers to the field. Any number of threads may
-// ask, each with marks of its own.
+// ask, each with scratch of its own.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -36,7 +36,15 @@ class VolumeRays {
     struct Mark {
         double depth, absorbed;
     };
-    using Marks = std::vector<Mark>;
+    /// A part of a ray that has one normal.
+    struct Part {
+        double step, absorbed;
+    };
+    /// What one thread's rays are followed with.
+    struct Scratch {
+        std::vector<Mark> marks;
+        std::vector<Part> parts;
+    };
 
     /// `plan`: its size and its camera are told, and whether it is exact. Works in parallel.
     VolumeRays(const InkVolume& volume, const glm::dmat4& transform, const Light& light,
@@ -46,39 +54,45 @@ class VolumeRays {
     bool any() const { return blocks_.any(); }
     /// What lies around all that can be seen, layer space; nothing else if there is any.
     Bounds visible() const;
-    /// Through (x, y) of the picture, in pixels from its upper left corner. `marks`: scratch.
-    VolumeSeenOn look(double x, double y, Marks& marks) const;
+    /// Through (x, y) of the picture, in pixels from its upper left corner. Nothing where less than `least`
+    /// of the ray is absorbed.
+    VolumeSeenOn look(double x, double y, double least, Scratch& scratch) const;
 
   private:
     struct Way;
+    class BlockWalk;
     struct Stretch;
     struct Sight;
 
+    VolumeRays(const InkVolume& volume, const BlockRanges& ranges, const glm::dmat4& transform,
+               const Light& light, const FramePlan& plan);
+    double longestStep() const;  ///< layer space, at least
     Way wayThrough(double x, double y) const;
-    bool visibleAt(const glm::vec3& place) const;
-    std::uint8_t blockAt(const glm::vec3& place) const;
-    /// The first step of a way from `step` on before which nothing is seen.
-    double skip(const Way& way, double step) const;
+    /// Whether the optical depth of a whole way may exceed `thickness`.
+    bool mayAbsorb(const Way& way, double thickness) const;
+    /// Follows a way from a step to another; returns to which it came.
+    double march(const Way& way, double step, double to, Sight& sight) const;
     /// Gathers what a stretch of a way shows, between two places in the table.
     void meet(const Way& way, const Stretch& stretch, double from, double to, Sight& sight) const;
-    /// What waits for it.
-    void shade(const Way& way, Sight& sight) const;
+    void shade(const Way& way, const Part& part, VolumeSeenOn& seen) const;
 
     const GridField& field_;
     VolumeSamples samples_;
     TransferTable table_;
     ExtinctionTable extinction_;
-    VisibleBlocks blocks_;
+    VisibleBlocks blocks_;     // where anything can be seen
+    std::vector<float> most_;  // extinction in each block, per unit length of layer space
     glm::dmat4 cellsToEye_, eyeToCells_;
     glm::dmat3 cellsToLayer_;   // ways
     glm::dmat3 slopeToNormal_;  // slopes of codes in cells to normals in eye space, outward of what is dense
     Light light_;
     glm::dvec3 towards_, half_;  // the light, and half way from it to the eye; eye space, unit
     bool perspective_;
-    double nearest_;     // depth
-    glm::dvec2 size_;    // of the picture, pixels
-    double pixels_;      // a unit of the window
-    double stepLength_;  // cells
+    double nearest_;         // depth
+    glm::dvec2 size_;        // of the picture, pixels
+    double pixels_;          // a unit of the window
+    double stepLength_;      // cells
+    float leastExtinction_;  // of a block in which a step of a ray may be counted
 };
 
 }  // namespace mote::render
