@@ -409,12 +409,13 @@ class Job {
     }
 
     Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
-        auto records = columns_.sources();
-        std::erase_if(records, [](Column column) { return !isRecord(column); });
         const auto memory = prep::memoryFor(resources_.memory);
+        // Without columns nothing is coded by what is seen.
+        const auto observe = columns_.columns.empty()
+                                 ? std::function<void(const ParticleChunk&)>()
+                                 : [&](const ParticleChunk& chunk) { sample.take(chunk); };
         return stepStatistics({&unfiltered_, steps_[index], lost_, memory - std::min(memory, stores_->kept()),
-                               &ranks_, &progress_, std::move(records),
-                               [&](const ParticleChunk& chunk) { sample.take(chunk); }});
+                               &ranks_, &progress_, columns_.sources(), observe});
     }
 
     Status makeColumns(std::size_t index, const storage::StepFile& points, const ColumnSample& sample,

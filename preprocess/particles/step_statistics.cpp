@@ -38,6 +38,13 @@ struct Live {
     Parts parts;
 };
 
+std::vector<Column> united(std::vector<Column> columns, const std::vector<Column>& others) {
+    for (const auto column : others) {
+        if (std::ranges::find(columns, column) == columns.end()) columns.push_back(column);
+    }
+    return columns;
+}
+
 class Statistics {
   public:
     explicit Statistics(const StatisticsRequest& request)
@@ -46,8 +53,7 @@ class Statistics {
             if (source_.has(column)) wanted_.push_back(column);
         }
         wanted_.push_back(Column::weight);
-        read_ = wanted_;
-        read_.insert(read_.end(), request.records.begin(), request.records.end());
+        read_ = united(wanted_, request.observed);
         const std::uint64_t rows = source_.steps()[request.step].particles;
         const std::uint64_t chunks = (rows + rowsOfChunk - 1) / rowsOfChunk;
         const auto size = static_cast<std::uint64_t>(ranks_.size());
@@ -61,10 +67,11 @@ class Statistics {
         if (keeps_) kept_.resize((end_ - begin_ + rowsOfChunk - 1) / rowsOfChunk);
     }
 
-    /// Reads all rows once, for who observes them.
+    /// Reads all rows once, for who observes them, and no more of them.
     Status look() {
         if (!request_.observe) return success();
-        return agree(ranks_, forEachChunk(source_, request_.step, begin_, end_, read_, *request_.progress,
+        return agree(ranks_, forEachChunk(source_, request_.step, begin_, end_,
+                                          united({Column::weight}, request_.observed), *request_.progress,
                                           request_.observe));
     }
 

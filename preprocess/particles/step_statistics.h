@@ -35,7 +35,7 @@ struct StatisticsRequest {
     std::uint64_t memory = 0;  ///< bytes that this rank may take
     Communicator* ranks = nullptr;
     const Progress* progress = nullptr;
-    std::vector<Column> records = {};  ///< that `observe` is shown besides
+    std::vector<Column> observed = {};  ///< what `observe` is shown, and weights
     /// Called once with each chunk of this rank, from any thread, as it comes from the source.
     std::function<void(const ParticleChunk&)> observe = {};
 };
