@@ -7,9 +7,11 @@
 #include <atomic>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <thread>
 
 #include "protocol/scene/json.h"
+#include "storage/arrays/array_file.h"
 #include "storage/catalogue.h"
 #include "storage/dataset_writer.h"
 #include "storage/hash.h"
@@ -35,6 +37,62 @@ std::vector<std::string> namesOf(const Catalogue& catalogue) {
 
 Catalogue catalogueOf(const fs::path& folder) {
     return Catalogue(*Roots::parse({"data=" + folder.string()}));
+}
+
+/// Arrays of other lengths than whole blocks, one of them of none, at whatever places HDF5 gives them.
+void expectOnePass(const fs::path& folder) {
+    const std::vector<std::uint64_t> lengths{5 * blockBytes + 77, 0, 3, 9 * blockBytes};
+    FileLayout layout;
+    for (std::size_t i = 0; i < lengths.size(); ++i)
+        layout.arrays.push_back({fmt::format("/array{}", i), "u8", {lengths[i]}});
+    auto file = ArrayFileWriter::create(folder, "a", layout);
+    ASSERT_TRUE(file.ok()) << file.error().toString();
+    file->passCache();
+    std::vector<std::vector<std::byte>> content;
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+        auto& bytes = content.emplace_back(lengths[i]);
+        for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = static_cast<std::byte>(k * (i + 3) >> 4);
+        // In two parts, whose border lies within a page and a block.
+        const auto part = std::span(bytes).first(bytes.size() / 2 + 1 - (bytes.empty() ? 1 : 0));
+        ASSERT_TRUE(file->write(i, part.size(), std::span(bytes).subspan(part.size())).ok());
+        ASSERT_TRUE(file->write(i, 0, part).ok());
+        std::vector<std::byte> back(bytes.size());
+        ASSERT_TRUE(file->read(i, 0, back).ok());
+        EXPECT_TRUE(back == bytes) << i;
+    }
+    const auto hash = file->finish();
+    ASSERT_TRUE(hash.ok()) << hash.error().toString();
+    std::ifstream stream(folder / "a.h5", std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(stream), {}};
+    EXPECT_EQ(hash->size, whole.size());
+    EXPECT_EQ(hash->xxh3_128, hash128(std::as_bytes(std::span(whole))));
+    EXPECT_EQ(hashFile(folder / "a.h5")->xxh3_128, hash->xxh3_128);
+    proto::Digest digest;
+    std::ifstream told(folder / "a.digest");
+    const std::string text{std::istreambuf_iterator<char>(told), {}};
+    ASSERT_TRUE(parseJson(text, digest, "a.digest").ok());
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+        const auto& blocks = digest.arrays(static_cast<int>(i)).blocks();
+        ASSERT_EQ(static_cast<std::uint64_t>(blocks.size()), (lengths[i] + blockBytes - 1) / blockBytes);
+        for (int block = 0; block < blocks.size(); ++block) {
+            const auto at = static_cast<std::size_t>(block) * blockBytes;
+            const auto size = std::min<std::uint64_t>(blockBytes, lengths[i] - at);
+            EXPECT_EQ(blocks[block], hashBlock(std::span(content[i]).subspan(at, size))) << i << " " << block;
+        }
+    }
+    const auto stopped = file->finish([] { return true; });
+    EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
+}
+
+TEST(ArrayFileWriter, HashesBlocksAndTheWholeInOnePassOverTheFile) {
+    const test::TempDir dir;
+    expectOnePass(dir.path());
+    // A file system in memory has no way past the cache.
+    const fs::path memory = fs::path("/dev/shm") / ("mote-" + dir.path().filename().string());
+    std::error_code code;
+    if (!fs::create_directory(memory, code)) return;
+    expectOnePass(memory);
+    fs::remove_all(memory);
 }
 
 TEST(DatasetWriter, RemovesWhatIsNotPublished) {
