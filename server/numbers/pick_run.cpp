@@ -11,16 +11,12 @@
 #include "server/numbers/nearest_point.h"
 #include "server/numbers/query_run.h"
 #include "storage/beam/quantity_reader.h"
-#include "storage/numbers/select_points.h"
-#include "storage/particles/selected_step.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
 namespace {
 
 constexpr double defaultRadius = 8.0, greatestRadius = 1024.0;  // pixels
-/// Of a step of chosen points, a point.
-constexpr std::uint64_t selectedBytes = 24;
 
 class PickRun final : public QueryRun {
   public:
@@ -70,20 +66,11 @@ class PickRun final : public QueryRun {
     Status find(std::size_t index, const SelectionResults::Run& run, const storage::StepNumbers& numbers,
                 const Selection& selection, const Curve& fraction, const Cancelled& cancelled) {
         const auto& layer = view_.layers[index];
-        MOTE_ASSIGN_OR_RETURN(const auto mask,
-                              context_.selections.points(run, layer.step, selection, cancelled));
-        auto points = numbers.points;
-        std::shared_ptr<const storage::SelectedStep> selected;
-        QueryMemory::Hold hold;
-        if (mask) {
-            MOTE_ASSIGN_OR_RETURN(hold, context_.memory->take(selectedBytes * mask->count(), cancelled));
-            MOTE_ASSIGN_OR_RETURN(
-                selected, storage::SelectedStep::make(*numbers.points, *mask, run->manifest().leaf_capacity(),
-                                                      cancelled));
-            points = selected;
-        }
+        MOTE_ASSIGN_OR_RETURN(const auto selected,
+                              context_.selections.chosen(run, layer.step, selection, cancelled));
+        const storage::ParticleStep& points = selected ? *selected : *numbers.points;
         auto found = best_;
-        if (!findNearest(*points, fraction, view_, layer.transform, place_, cancelled, found))
+        if (!findNearest(points, fraction, view_, layer.transform, place_, cancelled, found))
             return Error{ErrorCode::cancelled, "", "cancelled"};
         if (!found.before(best_)) return success();
         if (selected) found.point = selected->sources()[found.point];

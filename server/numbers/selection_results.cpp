@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::uint64_t bytesACorner = 700;  // of a polygon's grid, at most
 constexpr std::uint64_t valueBytes = 8;
+constexpr std::uint64_t chosenBytes = 24;  // of a step of chosen points, a point
 
 /// What finding a selection's points takes, at most, in a run whose greatest step has so many points.
 std::uint64_t bytesOf(const Selection& selection, std::uint64_t points) {
@@ -84,6 +85,22 @@ Result<SelectionResults::Mask> SelectionResults::points(const Run& run, std::uin
     hold.shrink(own);
     keep({run, step, selection, mask, nullptr, std::move(hold)}, own);
     return mask;
+}
+
+Result<SelectionResults::Chosen> SelectionResults::chosen(const Run& run, std::uint32_t step,
+                                                          const Selection& selection,
+                                                          const Cancelled& cancelled) {
+    MOTE_ASSIGN_OR_RETURN(const auto mask, points(run, step, selection, cancelled));
+    if (!mask) return Chosen();
+    if (auto known = find(&Entry::chosen, run, step, selection)) return known;
+    MOTE_ASSIGN_OR_RETURN(const auto numbers, run->step(step));
+    MOTE_ASSIGN_OR_RETURN(const auto hold, memory_->take(chosenBytes * mask->count(), cancelled));
+    MOTE_ASSIGN_OR_RETURN(
+        const Chosen made,
+        storage::SelectedStep::make(*numbers.points, *mask, run->manifest().leaf_capacity(), cancelled));
+    auto own = memory_->tryTake(made->bytes());
+    if (own.bytes() > 0) keep({run, step, selection, nullptr, nullptr, std::move(own), made}, made->bytes());
+    return made;
 }
 
 Result<SelectionResults::Ids> SelectionResults::ids(const Run& run, std::uint32_t step,

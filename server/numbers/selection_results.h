@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// SelectionResults: which points the selections of late queries hold, so that the pieces of one answer, and
-// the next question about the same particles, need not find them again. Within a bound of the queries'
-// memory. Any number of threads.
+// SelectionResults: which points the selections of late queries hold, and these as a step of their own, so
+// that the pieces of one answer, and the next question about the same particles, need not find them again.
+// Within a bound of the queries' memory. Any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,7 @@
 #include "server/numbers/query_memory.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/numbers/run_steps.h"
+#include "storage/particles/selected_step.h"
 
 namespace mote::server {
 
@@ -27,12 +28,17 @@ class SelectionResults {
     using Mask = std::shared_ptr<const storage::PointMask>;
     using Ids = std::shared_ptr<const std::vector<std::uint64_t>>;
 
+    using Chosen = std::shared_ptr<const storage::SelectedStep>;
+
     explicit SelectionResults(std::shared_ptr<QueryMemory> memory) : memory_(std::move(memory)) {}
 
     /// The points of a step that it holds; null: all of them. Errors: as storage::selectPoints;
     /// resourceExhausted.
     Result<Mask> points(const Run& run, std::uint32_t step, const Selection& selection,
                         const Cancelled& cancelled);
+    /// The same points as a step; null: all of them. Errors: as points(). Throws storage::StorageError.
+    Result<Chosen> chosen(const Run& run, std::uint32_t step, const Selection& selection,
+                          const Cancelled& cancelled);
     /// The ids that it holds, ascending, each once: those that it names if it names nothing else, else
     /// those of its points in the step in which it was made, and if it says none, in `step`.
     Result<Ids> ids(const Run& run, std::uint32_t step, const Selection& selection,
@@ -49,6 +55,7 @@ class SelectionResults {
         Mask points;  // or
         Ids ids;
         QueryMemory::Hold memory;
+        Chosen chosen = {};  // or
     };
     template <class Member>
     Member find(Member Entry::*member, const Run& run, std::uint32_t step, const Selection& selection);

@@ -80,7 +80,9 @@ class Selections(BeamCase):
         camera = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0]}
         for select, found in ((None, True), ({"not": {"ids": []}}, True), (mote.ids([]), False)):
             view = mote.View(self.ds, step=1, size=(96, 64), camera=camera, select=select)
-            self.assertEqual(self.ds.pick(view, 48, 32, radius=500) is not None, found, select)
+            first, again = (self.ds.pick(view, 48, 32, radius=500) for _ in range(2))  # what is chosen is kept
+            self.assertEqual(first is not None, found, select)
+            self.assertEqual(again, first)
 
     def test_figures(self):
         # Only that they are drawn: of no particles, too.
