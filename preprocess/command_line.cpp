@@ -205,6 +205,14 @@ void addOutputOptions(const cli::Command& command, AskedJob& job) {
     fieldOption(command, job.request, "title", "What viewers call it").valueName("TEXT");
 }
 
+void addOutlookOptions(const cli::Command& command, proto::JobRequest& request) {
+    const char* const front = "Where its front is, which looks at us; with --up";
+    fieldOption(command, request, "up",
+                "Where its upper side is: x, -x, y, -y, z or -z; y unless its file says")
+        .valueName("AXIS");
+    fieldOption(command, request, "front", front).valueName("AXIS");
+}
+
 void runWhenChosen(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,
                    std::function<Status(proto::JobRequest&)> complete) {
     command.callback([job, &line, complete = std::move(complete)] {

@@ -45,6 +45,9 @@ cli::Option fieldOption(const cli::Command& command, google::protobuf::Message& 
 /// How a volume is to be read.
 void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& source);
 
+/// --up and --front.
+void addOutlookOptions(const cli::Command& command, proto::JobRequest& request);
+
 /// The job that a subcommand asks for: options fill in its request, and say what it may use.
 struct AskedJob {
     proto::JobRequest request;

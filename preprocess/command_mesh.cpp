@@ -29,6 +29,7 @@ void addMesh(const cli::Command& program, CommandLine& line) {
         .values(6)
         .valueName("X0 Y0 Z0 X1 Y1 Z1");
     addVolumeOptions(command, *mesh.mutable_source());
+    addOutlookOptions(command, job->request);
     addDatasetOptions(command, line, job, [](proto::JobRequest& request) {
         if (request.mesh().source().ByteSizeLong() == 0) request.mutable_mesh()->clear_source();
         return success();

@@ -27,6 +27,7 @@ void addStipple(const cli::Command& program, CommandLine& line) {
     fieldOption(command, stipple, "rings", "Rings of neighbours that move at a removal; default 2")
         .valueName("1|2");
     fieldOption(command, stipple, "relaxation", "Of their moves, 1 to 1.9; default 1.6").valueName("W");
+    addOutlookOptions(command, job->request);
     addDatasetOptions(command, line, job, [](proto::JobRequest& request) {
         if (request.stipple().mesh() == "plane") request.mutable_stipple()->clear_mesh();
         return success();

@@ -46,6 +46,7 @@ void addVolume(const cli::Command& program, CommandLine& line) {
         .required();
     addVolumeOptions(command, *volume.mutable_source());
     addResultOptions(command, volume);
+    addOutlookOptions(command, job->request);
     addDatasetOptions(command, line, job);
     command.footer(volumeExamples);
 }

@@ -25,6 +25,8 @@ proto::Manifest beginManifest(const char* kind, const proto::JobRequest& request
     manifest.set_format(storage::formatVersion);
     manifest.set_writer("mote-prep " MOTE_VERSION);
     manifest.set_title(request.title().empty() ? title : request.title());
+    manifest.set_up(request.up());
+    manifest.set_front(request.front());
     *manifest.mutable_request() = request;
     manifest.mutable_request()->clear_output();
     return manifest;

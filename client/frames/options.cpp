@@ -134,6 +134,8 @@ void declare(const cli::Command& app, RawOptions& raw) {
     app.option("--size", raw.size,
                "Of every picture, in pixels, with the same look; as the views say unless given")
         .valueName("WIDTHxHEIGHT");
+    app.flag("--annotate", raw.options.annotate,
+             "Axes, labels, colour and scale bars in views that say nothing of annotations");
     declareSheet(app, raw);
     declareFilm(app, raw);
     declareJobs(app, raw);

@@ -46,6 +46,7 @@ struct FramesOptions {
     std::filesystem::path out;                   ///< folder of the pictures; empty: there are none
     PictureFormat format = PictureFormat::png;
     std::optional<PictureSize> size;  ///< of every view, in place of its own
+    bool annotate = false;            ///< views that do not say so have axes, labels and bars
     proto::Page page;                 ///< of documents
     ExposureSettings exposure;
     std::filesystem::path video;  ///< file of the video; empty: there is none

@@ -132,7 +132,7 @@ void ViewModel::describe(const proto::Manifest& manifest) {
 }
 
 void ViewModel::know(const std::string& name, const proto::Manifest& manifest) {
-    known_[name] = {datasetBounds(manifest), stepCount(manifest)};
+    known_[name] = {datasetBounds(manifest), stepCount(manifest), datasetOutlook(manifest)};
 }
 
 std::vector<std::string> ViewModel::unknownDatasets() const {
@@ -154,6 +154,11 @@ bool ViewModel::setKind(proto::Layer::KindCase kind) {
     editor_->write(mutableLayer());
     const bool inSteps = kind == proto::Layer::kParticles || kind == proto::Layer::kHybrid;
     if (!inSteps) mutableLayer().clear_towards();
+    if (message_.background().empty()) {
+        // Drawings have other paper.
+        const auto parsed = parseView(sized(message_));
+        if (parsed.ok()) background = shownColor(message_.background(), parsed->background);
+    }
     before_ = written();
     return true;
 }

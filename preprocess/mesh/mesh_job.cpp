@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <string_view>
+
 #include "preprocess/kept_notes.h"
 #include "preprocess/mesh/find_intersections.h"
 #include "preprocess/mesh/isosurface.h"
@@ -18,10 +21,15 @@ namespace {
 namespace fs = std::filesystem;
 
 proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
-                         const storage::SurfaceMesh& mesh) {
+                         const storage::SurfaceMesh& mesh, std::string_view space) {
     auto manifest = beginManifest("mesh", request, input.filename().string());
     manifest.mutable_request()->mutable_mesh()->set_input(portableInput(input, output));
     *manifest.mutable_mesh() = storage::describeMesh(mesh);
+    if (!space.empty() && manifest.up().empty()) {
+        // A patient's surface stands as the patient does.
+        manifest.set_up("z");
+        manifest.set_front(space == "ras" ? "y" : "-y");
+    }
     return manifest;
 }
 
@@ -30,8 +38,9 @@ constexpr std::uint64_t bytesPerTriangle = 256;
 /// And for each sample of a slice, of which two are held, with what is known of their cells.
 constexpr std::uint64_t bytesPerSample = 18;
 
+/// `space`: in which patients lie, of their surfaces.
 Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& input, std::uint64_t memory,
-                                 Progress& progress) {
+                                 Progress& progress, std::string& space) {
     MeshCounts counts;
     if (!job.has_isovalue()) {
         MOTE_ASSIGN_OR_RETURN(auto read, readMesh(input, meshFileLimit(memory), progress));
@@ -39,6 +48,7 @@ Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& inpu
         return std::move(read.mesh);
     }
     MOTE_ASSIGN_OR_RETURN(const auto source, openVolumeSource(job.source(), input, progress));
+    space = source->shape().worldSpace;
     const auto slices = source->shape().voxelsOfSlice() * bytesPerSample;
     if (slices > memory) {
         return Error{
@@ -75,8 +85,9 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     KeptNotes progress(told);
     MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
     progress.report(0.0, "reading");
+    std::string space;
     MOTE_ASSIGN_OR_RETURN(const auto surface,
-                          readSurface(request.mesh(), input, memoryFor(resources.memory), progress));
+                          readSurface(request.mesh(), input, memoryFor(resources.memory), progress, space));
     progress.report(0.5, "finding edges and normals");
     auto mesh = makeSurfaceMesh(surface);
     // The surface of a value does not cut itself.
@@ -84,7 +95,7 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     if (progress.cancelled()) return wasCancelled();
     progress.report(0.8, "writing");
     MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
-    auto manifest = describe(request, input, output, mesh);
+    auto manifest = describe(request, input, output, mesh, space);
     manifest.mutable_mesh()->mutable_notes()->Assign(progress.notes().begin(), progress.notes().end());
     return finishDataset(writer, {"mesh"}, std::move(manifest), progress);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -19,14 +20,99 @@ double Camera::halfHeight() const {
     return orthographicHeight ? 0.5 * *orthographicHeight : std::tan(glm::radians(0.5 * fovYDegrees));
 }
 
-Camera fitCamera(const Bounds& bounds, double aspect) {
-    constexpr double margin = 1.03;  // of the distance at which the box would touch the picture's border
+namespace {
+
+constexpr double nothingYet = -std::numeric_limits<double>::infinity();
+constexpr int ofPicture = 6;  // directions that are the picture's
+
+}  // namespace
+
+CameraFit::CameraFit(const Outlook& outlook, double aspect, double margin) : up_(outlook.up) {
+    const glm::dvec3 back = glm::normalize(outlook.back);
+    const glm::dvec3 right = glm::normalize(glm::cross(outlook.up, back));
+    axes_ = {right, glm::cross(back, right), back};
+    tanY_ = Camera{}.halfHeight() * (1.0 - 2.0 * margin);
+    tanX_ = tanY_ * aspect;
+    world_ = {-right + tanX_ * back,
+              right + tanX_ * back,
+              -axes_[1] + tanY_ * back,
+              axes_[1] + tanY_ * back,
+              back,
+              -back};
+    most_.fill(nothingYet);
+    enter(glm::dmat4(1.0));
+}
+
+void CameraFit::enter(const glm::dmat4& layerToWorld) {
+    const glm::dmat3 linear(layerToWorld);
+    for (int i = 0; i < ofPicture; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        normals_[at] = world_[at] * linear;
+        offsets_[at] = glm::dot(world_[at], glm::dvec3(layerToWorld[3]));
+    }
+    for (int i = ofPicture; i < directions; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        normals_[at] = glm::dvec3(0.0);
+        normals_[at][(i - ofPicture) / 2] = i % 2 == 0 ? -1.0 : 1.0;
+        most_[at] = nothingYet;
+    }
+}
+
+void CameraFit::add(const glm::dvec3& place) {
+    const double sum = place.x + place.y + place.z;
+    if (!std::isfinite(sum)) return;
+    for (std::size_t i = 0; i < directions; ++i)
+        most_[i] = std::max(most_[i], glm::dot(normals_[i], place) + offsets_[i]);
+}
+
+void CameraFit::add(const Bounds& box) {
+    for (const auto& corner : box.corners()) add(corner);
+}
+
+double CameraFit::reach(int i, const Bounds& box) const {
+    const auto at = static_cast<std::size_t>(i);
+    const double half = 0.5 * glm::dot(glm::abs(normals_[at]), box.size());
+    return glm::dot(normals_[at], box.center()) + half + offsets_[at] - most_[at];
+}
+
+double CameraFit::reach(const Bounds& box) const {
+    double most = nothingYet;
+    for (int i = 0; i < directions; ++i) most = std::max(most, reach(i, box));
+    return most;
+}
+
+std::optional<Bounds> CameraFit::inLayer() const {
+    const auto* const box = &most_[ofPicture];
+    if (!(box[0] > nothingYet)) return std::nullopt;
+    return Bounds{{-box[0], -box[2], -box[4]}, {box[1], box[3], box[5]}};
+}
+
+/// With the eye at (x, y, z) of right, above and back, a side's plane holds a place (p, q, r) where
+/// |p - x| <= tanX (z - r) and |q - y| <= tanY (z - r): each side asks for one sum of coordinates alone.
+Camera CameraFit::camera() const {
+    Camera camera;
+    if (empty()) return camera;
+    const double left = most_[0], right = most_[1], lower = most_[2], upper = most_[3];
+    const double near = most_[4], far = -most_[5];
+    const double middle = 0.5 * (near + far);
+    const double z = std::max((left + right) / (2.0 * tanX_), (lower + upper) / (2.0 * tanY_));
+    const glm::dvec3 eye(0.5 * (right - left), 0.5 * (upper - lower), z);
+    // What is a point is looked at from as near as its place can still be told from the eye's.
+    const double away = std::max(z - middle, 1e-6 * (1.0 + glm::length(eye)));
+    camera.target = axes_ * glm::dvec3(eye.x, eye.y, middle);
+    camera.eye = camera.target + away * axes_[2];
+    camera.up = up_;
+    return camera;
+}
+
+Camera fitCamera(const Bounds& bounds, double aspect, const Outlook& outlook, double margin) {
+    const glm::dvec3 back = glm::normalize(outlook.back);
+    const glm::dvec3 right = glm::normalize(glm::cross(outlook.up, back));
+    const glm::dvec3 above = glm::cross(back, right);
     Camera camera;
     camera.target = bounds.center();
-    const glm::dvec3 back = glm::normalize(glm::dvec3(0.55, 0.4, 1.0));
-    const glm::dvec3 right = glm::normalize(glm::cross(camera.up, back));
-    const glm::dvec3 above = glm::cross(back, right);
-    const double halfY = camera.halfHeight();
+    camera.up = outlook.up;
+    const double halfY = camera.halfHeight() * (1.0 - 2.0 * margin);
     const double halfX = halfY * aspect;
     // A corner (x, y) off the axis and z nearer than the target is seen from any distance d with
     // |x| <= halfX (d - z) and |y| <= halfY (d - z).
@@ -35,7 +121,7 @@ Camera fitCamera(const Bounds& bounds, double aspect) {
         const glm::dvec3 offset = corner - camera.target;
         const double sideways =
             std::max(std::abs(glm::dot(offset, right)) / halfX, std::abs(glm::dot(offset, above)) / halfY);
-        distance = std::max(distance, margin * sideways + glm::dot(offset, back));
+        distance = std::max(distance, sideways + glm::dot(offset, back));
     }
     // A box that is a point is looked at from as near as its place can still be told from the eye's.
     distance = std::max(distance, 1e-6 * (1.0 + glm::length(camera.target)));

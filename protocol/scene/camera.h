@@ -9,8 +9,10 @@
 // the line of sight, not along the ray.
 #pragma once
 
+#include <array>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <optional>
 
 #include "protocol/mote.pb.h"
@@ -37,9 +39,54 @@ struct Camera {
     bool operator==(const Camera&) const = default;
 };
 
-/// A perspective camera that sees all of `bounds`, as large as may be, from a direction that shows three
-/// sides, for a picture of the given aspect (width over height).
-Camera fitCamera(const Bounds& bounds, double aspect);
+/// From where something is looked at where nobody says it: by default a direction that shows three sides.
+struct Outlook {
+    glm::dvec3 back{0.45, 0.35, 1.0};  ///< towards the eye, of any length
+    glm::dvec3 up{0.0, 1.0, 0.0};      ///< not along `back`
+
+    bool operator==(const Outlook&) const = default;
+};
+
+/// CameraFit: finds the perspective camera that sees all of what it is told of, as large as may be, from an
+/// outlook. The picture's four sides are planes through the eye; of what is seen only the places count that
+/// lie farthest out along the four normals, so places may come in any order and number. A value.
+class CameraFit {
+  public:
+    /// Of each of the picture's sides so much stays free, as a share of the whole.
+    static constexpr double usualMargin = 0.05;
+
+    /// `aspect`: width over height.
+    CameraFit(const Outlook& outlook, double aspect, double margin = usualMargin);
+
+    /// Takes places of a layer's space, from now on.
+    void enter(const glm::dmat4& layerToWorld);
+    /// What is not finite does not count.
+    void add(const glm::dvec3& place);
+    void add(const Bounds& box);
+    /// How much farther out a box reaches than anything before along direction i: above 0, places in it may
+    /// count.
+    static constexpr int directions = 12;
+    double reach(int i, const Bounds& box) const;
+    double reach(const Bounds& box) const;
+
+    bool empty() const { return !(most_[0] > -std::numeric_limits<double>::infinity()); }
+    /// What was added since enter(), in the layer's space; nothing where nothing was.
+    std::optional<Bounds> inLayer() const;
+    /// Of nothing: the default camera.
+    Camera camera() const;
+
+  private:
+    double tanX_, tanY_;
+    glm::dmat3 axes_;  // right, above, back
+    glm::dvec3 up_;
+    // The picture's left, right, lower and upper side, near and far; then those of the layer's box.
+    std::array<glm::dvec3, directions> world_, normals_;
+    std::array<double, directions> offsets_{}, most_{};
+};
+
+/// The camera of a box, whose middle it looks at: a hand that turns it turns it around that.
+Camera fitCamera(const Bounds& bounds, double aspect, const Outlook& outlook = {},
+                 double margin = CameraFit::usualMargin);
 
 /// Errors: a vector that is not three finite numbers, eye equal to target, up along the line of sight, an
 /// angle outside [0.1, 179] degrees, a height that is not positive.

@@ -70,8 +70,8 @@ bool inHounsfieldUnits(std::string_view unit, const ValueRange& values) {
 std::span<const CurvePreset> tomographyPresets() {
     static const std::array<CurvePreset, 5> presets{{
         {"bones",
-         {{130, 0}, {250, 0.08}, {500, 0.45}, {1300, 0.85}},
-         {{{0.62F, 0.33F, 0.22F}}, {{0.87F, 0.68F, 0.5F}}, {{0.96F, 0.89F, 0.76F}}, {{1, 1, 0.96F}}}},
+         {{180, 0}, {260, 0.15}, {450, 0.5}, {1300, 0.9}},
+         {{{0.8F, 0.55F, 0.4F}}, {{0.9F, 0.74F, 0.58F}}, {{0.96F, 0.9F, 0.78F}}, {{1, 1, 0.96F}}}},
         {"vessels",
          {{110, 0}, {170, 0.07}, {260, 0.3}, {400, 0.45}, {1300, 0.85}},
          {{{0.45F, 0.02F, 0.03F}},

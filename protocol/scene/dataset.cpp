@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/dataset.h"
 
+#include "protocol/scene/curve_presets.h"
+
 #include <algorithm>
 #include <array>
+#include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
+#include <string>
 
 namespace mote {
 namespace {
@@ -75,6 +79,33 @@ int stepCount(const proto::Manifest& manifest) {
 
 Bounds datasetBounds(const proto::Manifest& manifest) {
     return findKind(manifest.kind()).bounds(manifest);
+}
+
+std::optional<glm::dvec3> findDirection(std::string_view name) {
+    const bool back = name.starts_with('-');
+    if (back) name.remove_prefix(1);
+    if (name.size() != 1 || name[0] < 'x' || name[0] > 'z') return std::nullopt;
+    glm::dvec3 direction(0.0);
+    direction[name[0] - 'x'] = back ? -1.0 : 1.0;
+    return direction;
+}
+
+/// Patients stand, and are seen from before; slices of a CT that says no space are taken to lie as scanners
+/// write them, from feet to head with the back last.
+std::optional<Outlook> datasetOutlook(const proto::Manifest& manifest) {
+    const auto& hybrid = manifest.hybrid();
+    const bool slices = hybrid.space().empty() && manifest.kind() == "hybrid" &&
+                        inHounsfieldUnits(hybrid.value_unit(), {hybrid.value_min(), hybrid.value_max()});
+    const std::string space = slices ? "lps" : hybrid.space();
+    const bool patient = manifest.up().empty() && (space == "ras" || space == "lps");
+    const auto up = findDirection(patient ? "z" : manifest.up());
+    if (!up) return std::nullopt;
+    const auto front = findDirection(!patient ? manifest.front() : space == "ras" ? "y" : "-y");
+    if (front && glm::dot(*front, *up) == 0.0) return Outlook{*front, *up};
+    // The front of what has its upper side along z is where CAD programs have it.
+    const glm::dvec3 usual = up->z != 0.0 ? glm::dvec3(0.0, -1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0);
+    const Outlook look;
+    return Outlook{look.back.x * glm::cross(*up, usual) + look.back.y * *up + look.back.z * usual, *up};
 }
 
 Bounds volumeBounds(const proto::HybridManifest& hybrid) {

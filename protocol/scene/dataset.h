@@ -5,11 +5,14 @@
 // stands in storage/dataset_kind.h. Pure functions; a manifest that nobody has checked does no harm.
 #pragma once
 
+#include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
+#include "protocol/scene/camera.h"
 
 namespace mote {
 
@@ -22,6 +25,11 @@ int stepCount(const proto::Manifest& manifest);
 
 /// The box that it fills, in layer space: of a mesh or a volume its own units, of a plot [-1, 1].
 Bounds datasetBounds(const proto::Manifest& manifest);
+/// From where it is looked at, layer space: from the front as its file or who prepared it has it; none where
+/// neither says.
+std::optional<Outlook> datasetOutlook(const proto::Manifest& manifest);
+/// A direction by its name: "x", "-x", ... ; none of any other.
+std::optional<glm::dvec3> findDirection(std::string_view name);
 /// The box of a hybrid volume.
 Bounds volumeBounds(const proto::HybridManifest& hybrid);
 

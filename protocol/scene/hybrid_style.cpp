@@ -34,7 +34,6 @@ Status validateHybridColors(proto::HybridStyle& style) {
             return invalid(fmt::format("curve[{}].color", i), "all knots of a curve have a color, or none");
     }
     if (colored && !style.color_map().empty()) return invalid("colorMap", "is instead of the knots' colors");
-    if (!colored && style.color_map().empty()) style.set_color_map(std::string(ColorMap::standard().name()));
     const auto& range = style.color_range();
     if (range.empty() || range[0] < range[1]) return success();
     return invalid("colorRange", "the second value must be the greater one");
@@ -102,9 +101,9 @@ HybridStyle hybridStyleOf(const proto::HybridStyle& message) {
         .representation = enumOf<HybridRepresentation>(message.representation(), representations),
         .opacity = hybridCurveOf(message.curve()),
         .colors = {},
-        .colorMap =
-            isColored(message.curve()) ? ColorMap::standard() : ColorMap::find(message.color_map()).value(),
+        .colorMap = ColorMap::find(message.color_map().empty() ? "viridis" : message.color_map()).value(),
         .colorRange = {},
+        .ownColors = isColored(message.curve()) || !message.color_map().empty(),
         .pointShape = enumOf<PointShape>(message.point_shape(), shapes),
         .pointOpacity = message.point_opacity(),
         .light = lightOf(message.light()),

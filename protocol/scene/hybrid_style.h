@@ -53,6 +53,7 @@ struct HybridStyle {
     ColorMap colorMap;
     std::optional<ValueRange>
         colorRange;  ///< of the colour map; none: from the curve's first knot to its last
+    bool ownColors;  ///< somebody chose them; else a curve that follows the values brings its own
     PointShape pointShape;
     double pointOpacity;  ///< 0 to 1: how much of a point's correction is applied
     Light light;

@@ -47,6 +47,9 @@ std::optional<Curve> inkCurveOf(const proto::InkStyle& message) {
 Result<proto::InkStyle> parseInkStyle(proto::InkStyle message, const glm::dvec3& background) {
     auto& silhouettes = *message.mutable_silhouettes();
     if (silhouettes.mode() == "important" && !silhouettes.has_importance()) silhouettes.set_importance(0.25);
+    auto& light = *message.mutable_light();
+    if (!light.has_ambient()) light.set_ambient(0.4);
+    if (!light.has_diffuse()) light.set_diffuse(0.8);
     MOTE_ASSIGN_OR_RETURN(auto style, resolved(std::move(message)));
     dropNoBrush(style);
     if (style.color().empty())

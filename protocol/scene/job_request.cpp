@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "protocol/quantity/quantity.h"
+#include "protocol/scene/dataset.h"
 #include "protocol/scene/film_job.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/step_range.h"
@@ -261,6 +262,24 @@ Status checkMeshJob(const proto::MeshJob& job) {
     return success();
 }
 
+namespace {
+
+/// Axes by their names, and the front across the upper side.
+Status checkOutlook(const Request& message) {
+    const auto direction = [](const std::string& name, const char* field) -> Status {
+        if (name.empty() || findDirection(name)) return success();
+        return invalid(field, "is x, -x, y, -y, z or -z");
+    };
+    MOTE_RETURN_IF_ERROR(direction(message.up(), "up"));
+    MOTE_RETURN_IF_ERROR(direction(message.front(), "front"));
+    if (message.front().empty()) return success();
+    if (message.up().empty()) return invalid("front", "needs \"up\" beside it");
+    if (message.up().back() != message.front().back()) return success();
+    return invalid("front", "lies across what is up");
+}
+
+}  // namespace
+
 bool mayHaveRanks(const Request& message) {
     return kindOf(message).ranks;
 }
@@ -283,6 +302,7 @@ Result<JobRequest> parseJobRequest(const Request& message) {
     }
     MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestJobTitle));
     if (message.kind_case() == Request::KIND_NOT_SET) return missingKind();
+    MOTE_RETURN_IF_ERROR(checkOutlook(message));
     MOTE_RETURN_IF_ERROR(kind.check(message), fieldOf(message));
     JobRequest request{message, jobInputs(message)};
     for (const auto& input : request.inputs) MOTE_RETURN_IF_ERROR(checkName(input.name, input.field));

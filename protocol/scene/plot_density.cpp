@@ -47,28 +47,35 @@ double opacityBeyond(const PlotDensity& plot, double seam, double t) {
 /// Densities that differ by less differ by chance: they do not take all colours.
 constexpr double leastRange = 16.0;
 
-/// The volume begins in the bright part of its colours, and points have the one in which it begins: denser
-/// matter is brighter, also where points give way to it.
-void takeSeamColor(ParticlesStyle& style, const LogDensity& scale, double seam) {
+/// What of a colour map stands out from a background: denser matter is brighter on both.
+ValueRange colorsOn(bool light) {
+    return light ? ValueRange{0.3, 0.65} : ValueRange{0.75, 1.0};
+}
+
+/// The volume begins in colours that stand out, and points have the one in which it begins: denser matter is
+/// brighter, also where points give way to it.
+void takeSeamColor(ParticlesStyle& style, const LogDensity& scale, double seam, bool onLight) {
     if (style.densityRange) return;
-    constexpr double begins = 0.75;  // of the colour map
+    const auto [begins, ends] = colorsOn(onLight);
     const double logRatio = std::log(scale.max / scale.min);
     const double from = std::max(seam, 0.0);
     const double span = logRatio > 0.0 ? std::max(1.0 - from, std::log(leastRange) / logRatio) : 1.0;
-    style.colorRange = {from - span * begins / (1.0 - begins), from + span};
+    const double low = from - span * begins / (ends - begins);
+    style.colorRange = {low, low + span / (ends - begins)};
     if (style.colorByPlot) style.pointColor = style.colorMap(begins);
 }
 
-void resolveCurves(ParticlesStyle& style, const PlotDensity& plot) {
+void resolveCurves(ParticlesStyle& style, const PlotDensity& plot, bool onLight) {
     const double extinction = -std::log1p(-ParticlesStyle::fullOpacity) / ParticlesStyle::opacityLength;
-    const double density = boxVolume * plot.meanWeight * extinction / defaultPointArea(plot.particles);
+    const double density =
+        boxVolume * plot.meanWeight * extinction / defaultPointArea(plot.particles, onLight);
     const Seam seam{unclamped(plot.scale, density / seamFactor), unclamped(plot.scale, density)};
     if (plot.particles <= fewParticles || seam.from >= 1.0 || !(plot.meanWeight > 0.0)) {
         style.volumeOpacity = Curve::constant(0.0);
         style.pointFraction = Curve::constant(1.0);
         return;
     }
-    takeSeamColor(style, plot.scale, seam.from);
+    takeSeamColor(style, plot.scale, seam.from, onLight);
     const double from = std::clamp(seam.from, 0.0, 1.0), to = std::clamp(seam.to, 0.0, 1.0);
     std::vector<Curve::Knot> opacity{{from, seam.share(from) * ParticlesStyle::fullOpacity}};
     constexpr int beyond = 8;  // knots
@@ -142,18 +149,20 @@ PlotDensity PlotDensity::of(const proto::ParticlesManifest& plot, std::uint32_t 
     return density;
 }
 
-double defaultPointArea(std::uint64_t particles) {
-    constexpr double pixels = 0.2, pixelsOfAUnit = 200.0;
+double defaultPointArea(std::uint64_t particles, bool onLight) {
+    const double pixels = onLight ? 0.8 : 0.2;
+    constexpr double pixelsOfAUnit = 200.0;
     constexpr double few = 2.5e5, growth = 0.36;
     const double rare = few / static_cast<double>(std::max<std::uint64_t>(particles, 1));
     return pixels / (pixelsOfAUnit * pixelsOfAUnit) * std::max(1.0, std::pow(rare, growth));
 }
 
-void resolveByPlot(ParticlesStyle& style, const PlotDensity& plot) {
+void resolveByPlot(ParticlesStyle& style, const PlotDensity& plot, bool onLight) {
+    if (style.colorByPlot && onLight) style.pointColor = style.colorMap(colorsOn(onLight).low);
     takeDensityRange(style, plot);
-    if (style.curveByPlot) resolveCurves(style, plot);
+    if (style.curveByPlot) resolveCurves(style, plot, onLight);
     if (!style.opacityByPlot) return;
-    const double usual = defaultPointArea(plot.particles);
+    const double usual = defaultPointArea(plot.particles, onLight);
     style.pointArea = usual;
     style.meanWeight = plot.meanWeight;
     double t = 0.0, extinction = 0.0;

@@ -24,14 +24,16 @@ struct PlotDensity {
 
 /// The optical area of a particle of the mean weight in a plot of so many, in square units of layer space,
 /// where a view says nothing of it: a fifth of a pixel where the plot, whole in view, stands in a picture of
-/// 720 lines; of fewer than a quarter of a million particles more, so that few are seen as well.
-double defaultPointArea(std::uint64_t particles);
+/// 720 lines; of fewer than a quarter of a million particles more, so that few are seen as well; and on a
+/// light background, on which what hides little is seen less than what shines, four times as much.
+double defaultPointArea(std::uint64_t particles, bool onLight = false);
 
 /// Fills in what a style leaves to its plot: curves (curveByPlot), and the light of a point (opacityByPlot);
 /// and brings what is told between two densities (densityRange) to the plot's t.
 /// By default points give way to the volume over a factor of eight in density, up to where as many particles
 /// hide as much as the volume does. Where the curves are said, a point has so much light that it is as much
 /// there, where the points end.
-void resolveByPlot(ParticlesStyle& style, const PlotDensity& plot);
+/// `onLight`: the background is light; denser matter is brighter, and stands out from it.
+void resolveByPlot(ParticlesStyle& style, const PlotDensity& plot, bool onLight = false);
 
 }  // namespace mote

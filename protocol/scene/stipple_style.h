@@ -14,6 +14,13 @@ namespace mote {
 
 using StippleStyle = proto::StippleStyle;
 
+/// Dots of a picture so far apart, in diameters, leave no paper where the tone is full: it is their spacing
+/// where nobody says one.
+inline constexpr double solidSpacing = 0.71;
+/// Their diameter where nobody says it, pixels of a picture of so many lines, and of any smaller one: the
+/// edges of smaller dots leave paper between them.
+inline constexpr double pictureDot = 2.5, pictureLines = 960.0;
+
 /// It stipples a picture, on the picture's plane.
 inline bool onPlane(const StippleStyle& style) {
     return !style.image().empty() || !style.source().empty();

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/layer_parts.h"
@@ -92,6 +94,24 @@ Status parseLayers(const proto::View& message, View& view) {
     return success();
 }
 
+bool isDrawing(const proto::Layer& layer) {
+    return layer.has_ink() || layer.has_stipple();
+}
+
+/// As it is said, or white for drawings, black for what gives light.
+glm::dvec3 parseBackground(const proto::View& message) {
+    if (const auto said = colorOf(message, message.kBackgroundFieldNumber)) return *said;
+    const auto& layers = message.layers();
+    const auto seen = [](const proto::Layer& layer) {
+        return numberOf(layer, proto::Layer::kOpacityFieldNumber) > 0.0;
+    };
+    const bool any = std::any_of(layers.begin(), layers.end(), seen);
+    const bool drawing = std::all_of(layers.begin(), layers.end(), [&](const proto::Layer& layer) {
+        return isDrawing(layer) || (any && !seen(layer));
+    });
+    return glm::dvec3(drawing && !layers.empty() ? 1.0 : 0.0);
+}
+
 /// Of those of which there is something.
 Bounds layersBounds(const std::vector<Layer>& layers) {
     std::optional<Bounds> bounds;
@@ -112,7 +132,7 @@ Result<View> parseView(const proto::View& message) {
     view.height = message.height();
     MOTE_ASSIGN_OR_RETURN(view.scale, parseScale(message));
     MOTE_RETURN_IF_ERROR(checkOwnFields(message));
-    view.background = colorOf(message, message.kBackgroundFieldNumber).value();
+    view.background = parseBackground(message);
     auto selections = parseNamedSelections(message.selections());
     MOTE_RETURN_IF_ERROR(selections, "selections");
     view.selections = *std::move(selections);

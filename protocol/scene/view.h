@@ -77,10 +77,12 @@ struct View {
     std::uint32_t width = 0;     ///< pixels
     std::uint32_t height = 0;    ///< pixels
     double scale = 1.0;          ///< of the lengths on the screen that it says (length_scale.h)
-    glm::dvec3 background{0.0};  ///< linear RGB
+    glm::dvec3 background{0.0};  ///< linear RGB; white if nobody says it and all layers are drawings
     Camera camera;               ///< fitted to the layers where the message has none
     bool cameraFitted = false;   ///< the message had none: it was fitted as if every layer were a plot
     std::vector<Layer> layers;
+    /// Of a camera that was fitted to what layers show: the box of each one's, layer space; or empty.
+    std::vector<std::optional<Bounds>> shown = {};
     std::optional<Annotations> annotations = {};
     std::vector<NamedSelection> selections = {};  ///< that stay with it; those of layers are resolved
 

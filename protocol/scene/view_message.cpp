@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <optional>
 #include <string>
 
@@ -102,7 +104,16 @@ class Checker : public LengthVisitor {
 
 View lengthsInPixels(View view) {
     Resolver resolver(view.height, view.scale);
-    for (auto& layer : view.layers) visitLayer(layer, layer, resolver);
+    for (auto& layer : view.layers) {
+        const auto* const dots = layer.stipple();
+        const bool picture = dots != nullptr && onPlane(*dots);
+        const bool spaced = picture && dots->has_spacing_pixels(), sized = picture && dots->has_dot_pixels();
+        visitLayer(layer, layer, resolver);
+        if (!picture) continue;
+        auto& style = std::get<StippleStyle>(layer.style);
+        if (!sized) style.set_dot_pixels(pictureDot * std::max(1.0, view.height / pictureLines));
+        if (!spaced) style.set_spacing_pixels(std::max(0.5, solidSpacing * style.dot_pixels()));
+    }
     if (view.annotations) view.annotations = inPixels(*view.annotations, view.width, view.height, view.scale);
     view.scale = 1.0;
     return view;
@@ -119,38 +130,42 @@ Status checkLengths(const View& view) {
     return success();
 }
 
-namespace {
+namespace {}  // namespace
 
-/// What of a picture stays free for the labels of axes, on each side.
-double marginOf(const View& view) {
+double fitMargin(const View& view) {
     constexpr double labels = 4.5, most = 0.25;  // em; of the picture's shorter side
-    if (!view.annotations || !view.annotations->axes) return 0.0;
+    if (!view.annotations || !view.annotations->axes) return CameraFit::usualMargin;
     const double side = std::min(view.width, view.height);
-    return std::min(most, labels * view.annotations->fontPixels(view.width, view.height, view.scale) / side);
+    const double em = view.annotations->fontPixels(view.width, view.height, view.scale);
+    return std::clamp(labels * em / side, CameraFit::usualMargin, most);
 }
 
-Bounds grown(const Bounds& bounds, double factor) {
-    const glm::dvec3 half = 0.5 * factor * bounds.size();
-    return {bounds.center() - half, bounds.center() + half};
+Outlook outlookOf(const std::optional<Outlook>& own, const glm::dmat4& transform) {
+    if (!own) return {};
+    const glm::dmat3 linear(transform);
+    const Outlook made{linear * own->back, linear * own->up};
+    const double sine = glm::length(glm::cross(glm::normalize(made.back), glm::normalize(made.up)));
+    return sine > 1e-3 ? made : Outlook{};
 }
-
-}  // namespace
 
 bool isFitted(const Layer& layer) {
     const bool onScreen = layer.stipple() != nullptr && onPlane(*layer.stipple());
     return !onScreen && layer.opacity > 0.0;
 }
 
-void fitLayers(View& view, std::span<const std::optional<Bounds>> boxes) {
+void fitLayers(View& view, std::span<const std::optional<LayerBox>> boxes) {
     MOTE_CHECK(boxes.size() == view.layers.size());
     if (!view.cameraFitted) return;
     std::optional<Bounds> all;
+    Outlook outlook;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         if (!boxes[i] || !isFitted(view.layers[i])) continue;
-        const Bounds inWorld = boxes[i]->transformed(view.layers[i].transform);
+        const auto& transform = view.layers[i].transform;
+        if (!all) outlook = outlookOf(boxes[i]->outlook, transform);
+        const Bounds inWorld = boxes[i]->box.transformed(transform);
         all = all ? all->united(inWorld) : inWorld;
     }
-    if (all) view.camera = fitCamera(grown(*all, 1.0 / (1.0 - 2.0 * marginOf(view))), view.aspect());
+    if (all) view.camera = fitCamera(*all, view.aspect(), outlook, fitMargin(view));
 }
 
 }  // namespace mote

@@ -35,8 +35,21 @@ Status checkLengths(const View& view);
 /// there is nothing.
 bool isFitted(const Layer& layer);
 
-/// Fits the camera of a view that came without one to its layers; another's stays as it is. `boxes`: of each
-/// layer's dataset, layer space; nothing where there is none to be seen. Annotated axes get room for labels.
-void fitLayers(View& view, std::span<const std::optional<Bounds>> boxes);
+/// What of a fitted picture stays free on each side, as a share of the whole: annotated axes get room for
+/// labels.
+double fitMargin(const View& view);
+
+/// How a view is looked at whose first fitted layer has an outlook of its own, in the layer's space; or none.
+Outlook outlookOf(const std::optional<Outlook>& own, const glm::dmat4& transform);
+
+/// What a dataset's manifest tells of where a layer lies, layer space.
+struct LayerBox {
+    Bounds box = plotBounds;
+    std::optional<Outlook> outlook = {};
+};
+
+/// Fits the camera of a view that came without one to the boxes of its layers' datasets; another's stays as
+/// it is. Nothing: there is none to be seen.
+void fitLayers(View& view, std::span<const std::optional<LayerBox>> boxes);
 
 }  // namespace mote

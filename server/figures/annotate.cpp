@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/mat4x4.hpp>
 
 #include <algorithm>
@@ -440,10 +441,15 @@ std::vector<PlotBox> boxesOf(const View& view, const std::vector<LayerFacts>& la
         const bool plot =
             layers[i].manifest != nullptr && layers[i].manifest->particles().axes_size() >= axesOfPlot;
         if (!plot || !(layer.opacity > 0.0)) continue;
-        PlotBox box{{}, layer.transform};
+        const Bounds shown = layers[i].shown.value_or(plotBounds);
+        PlotBox box{{}, glm::scale(glm::translate(layer.transform, shown.center()), 0.5 * shown.size())};
         for (int axis = 0; axis < 3; ++axis) {
             const auto& of = axisOf(layers[i].manifest->particles(), axis, layer.step);
-            box.axes[static_cast<std::size_t>(axis)] = {of.name(), of.unit(), of.min(), of.max()};
+            const auto value = [&](double place) {
+                return of.min() + 0.5 * (place + 1.0) * (of.max() - of.min());
+            };
+            box.axes[static_cast<std::size_t>(axis)] = {of.name(), of.unit(), value(shown.min[axis]),
+                                                        value(shown.max[axis])};
         }
         if (std::find(boxes.begin(), boxes.end(), box) == boxes.end()) boxes.push_back(std::move(box));
     }

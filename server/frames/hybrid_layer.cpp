@@ -3,6 +3,7 @@
 
 #include "server/data/load_hybrid.h"
 #include "server/frames/layer_kinds.h"
+#include "server/render/layers/hybrid/lower_hybrid.h"
 
 namespace mote::server {
 
@@ -20,6 +21,16 @@ Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerReq
         scene.hybrids[index] = step;
         return DotHistory::Layer();
     });
+}
+
+Result<bool> shownOf(const proto::HybridStyle& message, const ShownLayer& shown, StepSource& data,
+                     CameraFit& fit) {
+    const auto style = hybridStyleOf(message);
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
+    MOTE_ASSIGN_OR_RETURN(const auto field, data.get(hybridStep(entry, shown.step, style.representation)));
+    if (!field) return false;
+    render::addShown(*field, render::transferOf(style, *field), style, fit);
+    return true;
 }
 
 Result<LayerPart> partOf(const proto::HybridStyle& style, const LayerRequest& asked) {

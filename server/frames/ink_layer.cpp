@@ -6,6 +6,8 @@
 #include "server/data/load_hybrid.h"
 #include "server/data/load_mesh.h"
 #include "server/frames/layer_kinds.h"
+#include "server/render/layers/hybrid/lower_hybrid.h"
+#include "server/render/layers/ink/ink_data.h"
 
 namespace mote::server {
 namespace {
@@ -62,6 +64,23 @@ Result<LayerPart> inkOf(const proto::InkStyle& style, const storage::Catalogue::
 }
 
 }  // namespace
+
+Result<bool> shownOf(const proto::InkStyle& style, const ShownLayer& shown, StepSource& data,
+                     CameraFit& fit) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
+    const auto& kind = entry.manifest->kind();
+    // That a dataset is of another kind is said when it is drawn.
+    if (kind == "mesh") return shownOf(MeshStyle(), shown, data, fit);
+    if (kind != "hybrid" && kind != "particles") return true;
+    MOTE_ASSIGN_OR_RETURN(const auto field, data.get(kind == "hybrid" ? hybridStep(entry, shown.step,
+                                                                                   HybridRepresentation::best)
+                                                                      : stepDensity(entry, shown.step)));
+    if (!field) return false;
+    const auto ink = inkStyleOf(style, true);
+    const auto transfer = render::inkTransfer(ink, *field, kind == "particles");
+    render::addShown(*field, transfer, hybridStyleOf(parseHybridStyle({}).value()), fit);
+    return true;
+}
 
 Result<LayerPart> partOf(const proto::InkStyle& style, const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));

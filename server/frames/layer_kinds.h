@@ -40,6 +40,22 @@ Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const proto::InkStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 
+/// A layer in one of its steps, to be looked for.
+struct ShownLayer {
+    const Layer& layer;
+    std::uint32_t step;
+    bool onLight;  ///< the background is light
+};
+
+/// Tells a camera all places that a layer's data and curves show. False where data are on their way. Errors:
+/// of StepSource.
+Result<bool> shownOf(const ParticlesStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
+Result<bool> shownOf(const proto::HybridStyle& style, const ShownLayer& shown, StepSource& data,
+                     CameraFit& fit);
+Result<bool> shownOf(const StippleStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
+Result<bool> shownOf(const proto::InkStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
+Result<bool> shownOf(const MeshStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
+
 /// What several kinds of layers draw alike: a mesh; a hybrid volume. As partOf.
 Result<LayerPart> meshPart(const LayerRequest& asked);
 Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerRequest& asked);

@@ -19,6 +19,14 @@ Result<LayerPart> meshPart(const LayerRequest& asked) {
     });
 }
 
+Result<bool> shownOf(const MeshStyle&, const ShownLayer& shown, StepSource& data, CameraFit& fit) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
+    MOTE_ASSIGN_OR_RETURN(const auto surface, data.get(meshSurface(entry)));
+    if (!surface) return false;
+    for (const auto& place : surface->mesh().positions) fit.add(glm::dvec3(place));
+    return true;
+}
+
 Result<LayerPart> partOf(const MeshStyle&, const LayerRequest& asked) {
     return meshPart(asked);
 }

@@ -5,8 +5,10 @@
 #include <utility>
 
 #include "protocol/scene/plot_density.h"
+#include "protocol/scene/srgb.h"
 #include "server/data/load_points.h"
 #include "server/frames/layer_kinds.h"
+#include "storage/numbers/point_places.h"
 
 namespace mote::server {
 namespace {
@@ -128,14 +130,83 @@ void put(std::vector<std::shared_ptr<const T>>& all, std::size_t index, std::siz
     all[index] = part;
 }
 
+/// Tells a camera the points of leaves that may be seen.
+class SeenLeaves {
+  public:
+    SeenLeaves(const storage::ParticleStep& step, const ParticlesStyle& style, CameraFit& fit)
+        : step_(step), walk_(step), fit_(fit) {
+        const auto& leaves = walk_.leaves();
+        for (std::size_t i = 0; i < leaves.size(); ++i) {
+            const double t = step.logDensity().ofLeaf(static_cast<double>(leaves.density[i]));
+            if (style.pointFraction(t) > 0.0 || style.volumeOpacity(t) > 0.0)
+                seen_.push_back(static_cast<std::uint32_t>(i));
+        }
+    }
+
+    /// Leaf by leaf from the outermost on, as long as one reaches farther than all points before: few are
+    /// read, of however many.
+    void add() {
+        for (int i = 0; i < CameraFit::directions; ++i) {
+            std::vector<std::pair<double, std::uint32_t>> reaches;
+            reaches.reserve(seen_.size());
+            for (const auto leaf : seen_) {
+                const double reach = fit_.reach(i, boxOf(leaf));
+                if (reach > 0.0) reaches.emplace_back(reach, leaf);
+            }
+            std::make_heap(reaches.begin(), reaches.end());
+            while (!reaches.empty() && fit_.reach(i, boxOf(reaches.front().second)) > 0.0) {
+                addPoints(reaches.front().second);
+                std::pop_heap(reaches.begin(), reaches.end());
+                reaches.pop_back();
+            }
+        }
+    }
+
+  private:
+    Bounds boxOf(std::uint32_t leaf) const {
+        const auto cell = walk_.cell(leaf);
+        return {cell.low, cell.low + cell.edge};
+    }
+    void addPoints(std::uint32_t leaf) {
+        const auto cell = walk_.cell(leaf);
+        const auto& leaves = walk_.leaves();
+        for (const auto& point : step_.positions(leaves.pointBegin[leaf], leaves.pointCount[leaf]))
+            fit_.add(cell.at(point));
+    }
+
+    const storage::ParticleStep& step_;
+    const storage::LeafWalk walk_;
+    CameraFit& fit_;
+    std::vector<std::uint32_t> seen_;
+};
+
 }  // namespace
+
+/// What does not come in is read on the spot: a view in motion has a camera.
+Result<bool> shownOf(const ParticlesStyle& said, const ShownLayer& shown, StepSource& data, CameraFit& fit) {
+    MOTE_ASSIGN_OR_RETURN(auto step, data.step(shown.layer.dataset, shown.step));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
+    auto plot = PlotDensity::of(entry.manifest->particles(), shown.step);
+    std::shared_ptr<const ChosenPoints> chosen;
+    if (shown.layer.select && !shown.layer.select->everything()) {
+        MOTE_ASSIGN_OR_RETURN(chosen, data.get(chosenPoints(entry, shown.step, *shown.layer.select)));
+        if (chosen == nullptr) return false;
+        if (chosen->step != nullptr) step = {chosen, chosen->step.get()};
+        plot.particles = step->pointCount();
+    }
+    if (!step->octreeReady() && data.want(*step, {.octree = true})) return false;
+    auto style = said;
+    resolveByPlot(style, plot, shown.onLight);
+    SeenLeaves(*step, style, fit).add();
+    return true;
+}
 
 Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(auto found, Gathering(asked).gather());
     if (found.waits) return LayerPart();
     return LayerPart([data = std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
         ParticlesStyle& style = *scene.view.layers[index].particles();
-        resolveByPlot(style, data.plot);
+        resolveByPlot(style, data.plot, isLight(scene.view.background));
         scene.steps[index] = data.step;
         // A colour bar tells it.
         if (data.valueRange) scene.view.layers[index].colorBy->range = data.valueRange;

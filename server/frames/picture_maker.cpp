@@ -94,6 +94,7 @@ std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const ren
     std::vector<LayerFacts> layers(view.layers.size());
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const Layer& layer = view.layers[i];
+        if (i < view.shown.size()) layers[i].shown = view.shown[i];
         if (const auto found = data.dataset(layer.dataset); found.ok()) layers[i].manifest = found->manifest;
         if (!layer.particles() || scene.steps[i] == nullptr) continue;
         if (layer.select) layers[i].chosen = scene.steps[i]->pointCount();
@@ -331,11 +332,20 @@ Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& v
 Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job, PictureHistory& history,
                                                            Making& why) {
     MOTE_RETURN_IF_ERROR(checkTowards(job.task->view, steps_));
-    View view = viewAt(job.task->view, job.part ? job.part->place : nearestPlace);
-    MOTE_RETURN_IF_ERROR(fitLayers(view, steps_));
+    View whole = job.task->view;
+    MOTE_ASSIGN_OR_RETURN(const bool fitted, fitLayers(whole, steps_));
+    View view = viewAt(std::move(whole), job.part ? job.part->place : nearestPlace);
     const auto stipples = [](const Layer& layer) {
         return layer.opacity > 0.0 && layer.stipple() && !layer.stipple()->source().empty();
     };
+    if (!fitted) {
+        // Meanwhile all is asked for that it will be drawn from.
+        for (auto& layer : view.layers) layer.opacity = stipples(layer) ? 0.0 : layer.opacity;
+        DotHistory unseen;
+        MOTE_RETURN_IF_ERROR(makeScene(view, job, steps_, photographs_, unseen));
+        why.waits = true;
+        return std::optional<render::Scene>();
+    }
     const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
     if (found == view.layers.end()) return sceneOf(view, job, history.dots, why);
     const auto index = static_cast<std::size_t>(found - view.layers.begin());
@@ -451,6 +461,7 @@ MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHi
                      plan.points.empty() && plan.fields.empty() && !plan.anyDots(),
                      draft.quality.resolutionScale};
     describe(made, job, name_);
+    if (draft.scene.view.cameraFitted) *made.message.mutable_camera() = toProto(draft.scene.view.camera);
     made.message.set_point_fraction(share);
     for (const auto& shown : {draft.shapes.dots, plan.dots})
         if (shown) made.message.set_points_drawn(made.message.points_drawn() + shown->size());

@@ -4,13 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "protocol/scene/bounds.h"
+#include "protocol/scene/camera.h"
 #include "protocol/scene/dataset.h"
+#include "protocol/scene/srgb.h"
 #include "protocol/scene/view_message.h"
 #include "server/frames/layer_kinds.h"
 
@@ -46,19 +49,69 @@ Status checkTowards(const View& view, StepSource& data) {
     return success();
 }
 
-Status fitLayers(View& view, StepSource& data) {
-    if (!view.cameraFitted) return success();
-    std::vector<std::optional<Bounds>> boxes;
-    for (const Layer& layer : view.layers) {
-        boxes.emplace_back();
-        if (!isFitted(layer)) continue;
-        // That a dataset is of another kind is said when it is drawn.
-        const auto found = data.dataset(layer.dataset);
-        if (!found.ok()) return inLayer(boxes.size() - 1, found.error());
-        boxes.back() = datasetBounds(*found->manifest);
+namespace {
+
+/// False where its data are on their way.
+Result<bool> showLayer(const Layer& layer, bool onLight, StepSource& data, CameraFit& fit) {
+    fit.enter(layer.transform);
+    const auto show = [&](std::uint32_t step) {
+        return std::visit(
+            [&](const auto& style) {
+                return shownOf(style, ShownLayer{layer, step, onLight}, data, fit);
+            },
+            layer.style);
+    };
+    MOTE_ASSIGN_OR_RETURN(bool ready, show(layer.step));
+    if (layer.towards && layer.towards->step != layer.step) {
+        MOTE_ASSIGN_OR_RETURN(const bool other, show(layer.towards->step));
+        ready = ready && other;
     }
-    mote::fitLayers(view, boxes);
-    return success();
+    if (!ready || fit.inLayer()) return ready;
+    // Nothing of it is seen: it is looked for where it would be.
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    fit.add(datasetBounds(*entry.manifest));
+    return true;
+}
+
+/// Axes stand a little off what they are the axes of.
+Bounds besideAxes(const Bounds& shown) {
+    constexpr double share = 0.03, least = 1e-3;
+    const glm::dvec3 off = glm::max(share * shown.size(), glm::dvec3(least));
+    return {glm::max(shown.min - off, plotBounds.min), glm::min(shown.max + off, plotBounds.max)};
+}
+
+/// With boxes around plots that annotations draw.
+void addAxes(const View& view, std::size_t index, std::optional<Bounds>& shown, CameraFit& fit) {
+    const Layer& layer = view.layers[index];
+    if (!shown || !layer.particles() || !view.annotations || !view.annotations->axes) return;
+    shown = besideAxes(*shown);
+    fit.enter(layer.transform);
+    fit.add(*shown);
+}
+
+}  // namespace
+
+Result<bool> fitLayers(View& view, StepSource& data) {
+    if (!view.cameraFitted) return true;
+    std::optional<CameraFit> fit;
+    bool ready = true;
+    view.shown.assign(view.layers.size(), std::nullopt);
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const Layer& layer = view.layers[i];
+        if (!isFitted(layer)) continue;
+        const auto found = data.dataset(layer.dataset);
+        if (!found.ok()) return inLayer(i, found.error());
+        if (!fit)
+            fit.emplace(outlookOf(datasetOutlook(*found->manifest), layer.transform), view.aspect(),
+                        fitMargin(view));
+        const auto shown = showLayer(layer, isLight(view.background), data, *fit);
+        if (!shown.ok()) return inLayer(i, shown.error());
+        ready = *shown && ready;
+        view.shown[i] = fit->inLayer();
+        addAxes(view, i, view.shown[i], *fit);
+    }
+    if (fit && ready) view.camera = fit->camera();
+    return ready;
 }
 
 View besideDots(View view, std::size_t index) {

@@ -26,9 +26,10 @@ inline Error inLayer(std::size_t index, const Error& error) {
 /// layer's place.
 Status checkTowards(const View& view, StepSource& data);
 
-/// Fits the camera of a view that came without one to what its layers show. Errors: notFound, with the
-/// layer's place.
-Status fitLayers(View& view, StepSource& data);
+/// Fits the camera of a view that came without one to what its layers show, of a layer between two steps in
+/// both of them, and tells their boxes in View::shown. False where data are on their way: all that is missing
+/// was asked for. Errors: of StepSource, with the layer's place.
+Result<bool> fitLayers(View& view, StepSource& data);
 
 /// What is seen beside the dots of layer `index`, which stipples those before it: what it leaves of them, and
 /// those after it.

@@ -52,6 +52,15 @@ render::PhotographEffort effortOf(Stage stage) {
     return stage == Stage::exact ? render::finePhotograph : render::quickPhotograph;
 }
 
+Result<bool> shownOf(const StippleStyle&, const ShownLayer& shown, StepSource& data, CameraFit& fit) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
+    MOTE_ASSIGN_OR_RETURN(const auto surface, data.get(stippleSurface(entry)));
+    if (!surface) return false;
+    const auto& points = surface->replay();
+    for (std::size_t i = 0; i < points.size(); ++i) fit.add(glm::dvec3(points.position(i)));
+    return true;
+}
+
 /// Without its data there is nothing to be shown of it: a view in motion waits, too.
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked) {
     return onPlane(style) ? photographOf(style, asked) : surfaceOf(asked);

@@ -124,10 +124,7 @@ Result<std::unique_ptr<QueryRun>> makePickRun(const proto::PickQuery& query, Que
     MOTE_RETURN_IF_ERROR(view, "view");
     // Between steps the nearer one is picked from.
     view = viewAt(lengthsInPixels(*std::move(view)), nearestPlace);
-    // Of plots alone, the camera that is fitted is the picture's.
-    const auto plot = [](const Layer& layer) { return layer.particles() != nullptr; };
-    if (view->cameraFitted && !std::ranges::all_of(view->layers, plot))
-        return invalid("view.camera", "a pick needs the camera of its picture");
+    if (view->cameraFitted) return invalid("view.camera", "a pick needs the camera of its picture");
     if (!std::isfinite(query.x()) || !std::isfinite(query.y()))
         return invalid(std::isfinite(query.x()) ? "y" : "x", "must be a finite number of pixels");
     const double radius = query.has_radius() ? query.radius() : defaultRadius;

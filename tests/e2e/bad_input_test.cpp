@@ -294,7 +294,8 @@ TEST_F(JobKinds, AStippledSurfaceIsMadeListedAndDrawn) {
     ASSERT_EQ(job.state(), proto::JobStatus::SUCCEEDED) << job.error();
     EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end())) << testing::PrintToString(progress);
     EXPECT_THAT(datasets(*connection_), Contains("data/dots"));
-    EXPECT_GT(litPixels("{'width': 120, 'height': 120, 'layers': [{'dataset': 'data/dots', 'stipple': {}}]}"),
+    EXPECT_GT(litPixels("{'width': 120, 'height': 120, 'background': [0, 0, 0], 'layers': [{'dataset': "
+                        "'data/dots', 'stipple': {}}]}"),
               30);
 }
 

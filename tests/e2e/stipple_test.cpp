@@ -21,7 +21,8 @@ using testing::HasSubstr;
 
 /// 300 x 300 pixels, in which the unit ball fills a circle of radius 100.
 std::string dottedBallView(const std::string& style, const std::string& before = "") {
-    return "{'width': 300, 'height': 300, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], "
+    return "{'width': 300, 'height': 300, 'background': [0, 0, 0], 'camera': {'eye': [0, 0, 4], 'target': "
+           "[0, 0, 0], "
            "'orthographicHeight': 3}, 'layers': [" +
            before + "{'dataset': 'data/ball', 'stipple': {" + style + "}}]}";
 }
@@ -58,7 +59,8 @@ Lit litIn(const Image& image) {
 TEST_F(Stipples, AreDrawnOnTheSurface) {
     const auto done = station_.frames(
         scriptOf({dottedBallView("'spacingPixels': 6"), dottedBallView("'spacingPixels': 6, 'soft': true"),
-                  "{'width': 300, 'height': 300, 'layers': [{'dataset': 'data/ball', 'stipple': {}}]}"}));
+                  "{'width': 300, 'height': 300, 'background': [0, 0, 0], 'layers': [{'dataset': "
+                  "'data/ball', 'stipple': {}}]}"}));
     ASSERT_EQ(done.status, 0) << done.errors;
     const auto lit = litIn(picture("frame-000000.png"));
     EXPECT_GT(lit.inside, 1000);

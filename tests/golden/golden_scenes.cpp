@@ -238,7 +238,8 @@ const std::string curve = R"('curve': [{'value': 45, 'opacity': 0}, {'value': 60
 const std::string camera = "'camera': {'eye': [60, 40, 120], 'target': [10, -5, 20], 'fovYDegrees': 32}";
 
 std::string hybridView(const std::string& style, const std::string& size = "'width': 240, 'height': 180") {
-    return "{" + size + ", " + camera + ", 'layers': [{'hybrid': {" + style + ", " + curve + "}}]}";
+    const std::string colors = style.find("colorMap") == style.npos ? "'colorMap': 'inferno', " : "";
+    return "{" + size + ", " + camera + ", 'layers': [{'hybrid': {" + colors + style + ", " + curve + "}}]}";
 }
 
 const std::string cuts = R"('representation': 'residual', 'colorMap': 'viridis',
@@ -246,7 +247,7 @@ const std::string cuts = R"('representation': 'residual', 'colorMap': 'viridis',
 
 // The beam passes through the machine; its points and volume lie within the hybrid one.
 const std::string withBeam = R"({'width': 240, 'height': 180, )" + camera + R"(, 'layers': [
-    {'hybrid': {'representation': 'points', 'pointShape': 'disc', )" +
+    {'hybrid': {'colorMap': 'inferno', 'representation': 'points', 'pointShape': 'disc', )" +
                              curve + R"(}},
     {'transform': [25, 0, 0, 10,  0, 25, 5, -5,  0, 0, 30, 20,  0, 0, 0, 1], 'particles': {
       'volume': {'colorMap': 'viridis', 'curve': [{'density': 0.2, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},

@@ -260,7 +260,7 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     curve.setValues(values);
     if (same) return;
     if (!first) {
-        loaded_ = ownCurve_ = ownColorRange = clipBox = false;
+        loaded_ = ownCurve_ = ownMap_ = ownColorRange = clipBox = false;
         clipPlanes.clear();
     }
     takeUnsaid(manifest);
@@ -268,10 +268,9 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
 
 void HybridControls::takeUnsaid(const proto::HybridManifest& manifest) {
     if (!ownCurve_) {
-        // A server draws a curve that a view leaves out by the values alone, in the colours that the view
-        // says.
+        // A server draws a curve that a view leaves out by the values alone.
         const auto preset = loaded_ ? presetsFor(manifest, "").front() : presets(manifest).front();
-        curve.take(preset.knots, loaded_ ? std::vector<KnotCurve::Color>() : preset.colors);
+        curve.take(preset.knots, ownMap_ ? std::vector<KnotCurve::Color>() : preset.colors);
     }
     if (!ownColorRange) colorRange = {values_.low, values_.high};
     if (clipBox) return;
@@ -313,6 +312,7 @@ void HybridControls::read(const proto::HybridStyle& message) {
     loaded_ = true;
     ownCurve_ = !message.curve().empty();
     values_ = {0.0, 0.0};
+    ownMap_ = !message.color_map().empty();
     colorMap = style.colorMap.name();
     ownColorRange = style.colorRange.has_value();
     if (style.colorRange) colorRange = {style.colorRange->low, style.colorRange->high};

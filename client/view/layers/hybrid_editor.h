@@ -57,6 +57,7 @@ struct HybridControls {
 
     bool loaded_ = false;        // from a view; otherwise begun here
     bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
+    bool ownMap_ = false;        // a view says the colour map
     std::string valuesUnit_;     // of the dataset for which the curve is
     Interval values_{0.0, 0.0};  // likewise; empty before the first dataset
 };

@@ -59,10 +59,11 @@ Status checkDatasets(const proto::View& view, const FilmDatasets& datasets) {
 }
 
 void fitToDatasets(View& view, const FilmDatasets& datasets) {
-    std::vector<std::optional<Bounds>> boxes;
+    std::vector<std::optional<LayerBox>> boxes;
     for (const auto& layer : view.layers) {
         const auto found = datasets.find(layer.dataset);
-        boxes.push_back(found == datasets.end() ? std::nullopt : std::optional(found->second.bounds));
+        boxes.emplace_back();
+        if (found != datasets.end()) boxes.back() = LayerBox{found->second.bounds, found->second.outlook};
     }
     fitLayers(view, boxes);
 }

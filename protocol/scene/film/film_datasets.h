@@ -6,6 +6,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "protocol/mote.pb.h"
@@ -16,8 +17,9 @@
 namespace mote {
 
 struct FilmDataset {
-    Bounds bounds = plotBounds;  ///< layer space, as datasetBounds() tells
-    int steps = 0;               ///< as stepCount() tells: 0 of a dataset without time
+    Bounds bounds = plotBounds;           ///< layer space, as datasetBounds() tells
+    int steps = 0;                        ///< as stepCount() tells: 0 of a dataset without time
+    std::optional<Outlook> outlook = {};  ///< as datasetOutlook() tells
 };
 
 /// By "ROOT/NAME". It may hold more than a film shows: an error names what there is. Where a film leaves no
@@ -32,7 +34,8 @@ Status checkDatasets(const proto::View& view, const FilmDatasets& datasets);
 Status checkStep(const std::string& dataset, const FilmDataset& known, std::uint32_t step,
                  std::string_view field);
 
-/// Fits the camera of a view that came without one, whose datasets are all known, as a server does.
+/// Fits the camera of a view that came without one, whose datasets are all known, to their boxes: of what a
+/// server shows it fits it to what is seen in them.
 void fitToDatasets(View& view, const FilmDatasets& datasets);
 
 }  // namespace mote

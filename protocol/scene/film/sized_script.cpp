@@ -7,6 +7,29 @@
 
 namespace mote {
 
+namespace {
+
+template <class Take>
+void eachView(proto::Script& script, const Take& take) {
+    for (auto& view : *script.mutable_views()) take(view);
+    for (auto& keyframe : *script.mutable_keyframes()) take(*keyframe.mutable_view());
+    if (script.has_view()) take(*script.mutable_view());
+}
+
+}  // namespace
+
+proto::Script annotatedScript(proto::Script script) {
+    eachView(script, [](proto::View& view) {
+        if (view.has_annotations()) return;
+        auto& annotations = *view.mutable_annotations();
+        annotations.set_axes(true);
+        annotations.set_color_bar(true);
+        annotations.set_scale_bar(true);
+        annotations.set_labels(true);
+    });
+    return script;
+}
+
 Result<proto::Script> sizedScript(proto::Script script, std::uint32_t width, std::uint32_t height) {
     const auto size = [&](proto::View& view) {
         const double scale = view.has_scale() ? view.scale() : 1.0;
@@ -14,9 +37,7 @@ Result<proto::Script> sizedScript(proto::Script script, std::uint32_t width, std
         view.set_width(width);
         view.set_height(height);
     };
-    for (auto& view : *script.mutable_views()) size(view);
-    for (auto& keyframe : *script.mutable_keyframes()) size(*keyframe.mutable_view());
-    if (script.has_view()) size(*script.mutable_view());
+    eachView(script, size);
     MOTE_RETURN_IF_ERROR(checkScript(script));
     return script;
 }

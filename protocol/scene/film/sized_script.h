@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Scripts whose views are drawn at another size. Pure functions.
+// Scripts whose views are drawn at another size, or say what they show. Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -13,5 +13,8 @@ namespace mote {
 /// A checked script, every view of which has that size and the same look: its scale goes with its height.
 /// Errors: of checkScript(), where the size or a length that is scaled is larger than it may be.
 Result<proto::Script> sizedScript(proto::Script script, std::uint32_t width, std::uint32_t height);
+
+/// The script, every view of which that says nothing of annotations has axes, labels and bars.
+proto::Script annotatedScript(proto::Script script);
 
 }  // namespace mote

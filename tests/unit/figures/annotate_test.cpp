@@ -283,7 +283,7 @@ TEST(Annotate, theScaleBarIsAsLongAsItSays) {
 TEST(FitLayers, leavesRoomForLabels) {
     View view = viewOf(1280, 720);
     view.cameraFitted = true;
-    const std::vector<std::optional<Bounds>> boxes{plotBounds};
+    const std::vector<std::optional<LayerBox>> boxes{LayerBox{}};
     fitLayers(view, boxes);
     const double with = glm::distance(view.camera.eye, view.camera.target);
     EXPECT_EQ(wordsOf(annotate(view, factsOf(view))).count("x (mm)"), 1u);

@@ -22,13 +22,14 @@ Surface ball() {
     return std::make_shared<const render::StippleSurface>(test::ballSurface(4000));
 }
 
-/// "test/ball" and nothing else; only its manifest is asked for.
+/// "test/ball" and nothing else.
 class BallSource final : public StepSource {
   public:
     Result<storage::Catalogue::Entry> dataset(const std::string& name) override {
         if (name != "test/ball") return Error{ErrorCode::notFound, "dataset", name};
         auto manifest = std::make_shared<proto::Manifest>();
         manifest->set_kind("stipple");
+        manifest->mutable_stipple()->set_domain(proto::StippleManifest::SURFACE);
         for (int i = 0; i < 3; ++i) {
             manifest->mutable_mesh()->add_bounds_min(-1.0);
             manifest->mutable_mesh()->add_bounds_max(1.0);
@@ -39,9 +40,12 @@ class BallSource final : public StepSource {
         return Error{ErrorCode::notFound, "dataset", "there are no particles"};
     }
     Result<Resident> resident(const AnyLoadable&) override {
-        ADD_FAILURE() << "nothing needs to be loaded";
-        return Resident();
+        Resident found;
+        if (ready) found.value = ball();
+        return found;
     }
+
+    bool ready = false;
 };
 
 View ballView(const std::string& style, double eye = 4.0) {
@@ -101,11 +105,17 @@ TEST(DotMaker, FitsACameraThatNobodyGave) {
     auto view = test::viewOf(
         "{'width': 200, 'height': 100, 'layers': [{'dataset': 'test/ball', 'transform': "
         "[3, 0, 0, 7,  0, 3, 0, 0,  0, 0, 3, 0,  0, 0, 0, 1], 'stipple': {}}]}");
-    ASSERT_TRUE(fitLayers(view, source).ok());
-    EXPECT_LT(glm::distance(view.camera.target, glm::dvec3(7.0, 0.0, 0.0)), 1e-9);
+    EXPECT_EQ(fitLayers(view, source).value(), false) << "its surface is on its way";
+    source.ready = true;
+    EXPECT_EQ(fitLayers(view, source).value(), true);
+    // The ball is hardly larger than its points' hull, and seen in perspective.
+    const glm::dvec3 off = view.camera.target - glm::dvec3(7.0, 0.0, 0.0);
+    EXPECT_LT(glm::length(glm::cross(off, glm::normalize(view.camera.eye - view.camera.target))), 0.05);
+    ASSERT_TRUE(view.shown.at(0));
+    EXPECT_NEAR(view.shown[0]->max.x, 1.0, 0.02);
     const auto given = ballView("");
     auto same = given;
-    ASSERT_TRUE(fitLayers(same, source).ok());
+    EXPECT_EQ(fitLayers(same, source).value(), true);
     EXPECT_EQ(same.camera, given.camera);
 }
 

@@ -46,8 +46,13 @@ inline Camera anyCamera(Random& random, const Bounds& world) {
 }
 
 /// As a view has it that says nothing, on light paper.
+/// Lines are chosen by tone alone, and light is uneven.
 inline InkStyle usualInk() {
-    return inkStyleOf(parseInkStyle({}, glm::dvec3(1.0)).value());
+    auto style = inkStyleOf(parseInkStyle({}, glm::dvec3(1.0)).value());
+    style.silhouettes.importance = 1.0;
+    style.light.ambient = 0.15;
+    style.light.diffuse = 0.85;
+    return style;
 }
 
 inline render::FramePlan planOf(const Camera& camera, std::uint32_t width, std::uint32_t height) {

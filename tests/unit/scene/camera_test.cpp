@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <random>
+#include <vector>
 
 #include "protocol/scene/json.h"
 
@@ -66,14 +70,52 @@ TEST(Camera, FittedHoldsTheBox) {
                 EXPECT_LE(std::abs(at.y), 1.0) << aspect;
                 most = std::max({most, std::abs(at.x), std::abs(at.y)});
             }
-            // And fills it: three hundredths of the distance are left free.
-            EXPECT_GT(most, 0.9) << aspect;
-            expectNear(camera.target / glm::length(box.max), box.center() / glm::length(box.max));
+            // And fills it: a twentieth of the picture is left free on each side.
+            EXPECT_NEAR(most, 1.0 - 2.0 * CameraFit::usualMargin, 1e-6) << aspect;
             // From a direction that shows three sides.
             const glm::dvec3 direction = camera.eye - camera.target;
             EXPECT_TRUE(direction.x > 0.0 && direction.y > 0.0 && direction.z > 0.0);
         }
     }
+}
+
+/// Over clouds of places, however turned: opposite sides are equally far, and what is told of in several
+/// layers counts as in one.
+TEST(Camera, FitsPlacesAndNotTheirBox) {
+    std::mt19937_64 random(11);
+    std::normal_distribution<double> number;
+    const auto vector = [&] { return glm::dvec3(number(random), number(random), number(random)); };
+    for (int i = 0; i < 50; ++i) {
+        const Outlook outlook{vector(), vector()};
+        const double aspect = std::exp(number(random));
+        const glm::dmat4 transform{glm::dvec4(vector(), 0.0), glm::dvec4(vector(), 0.0),
+                                   glm::dvec4(vector(), 0.0), glm::dvec4(10.0 * vector(), 1.0)};
+        CameraFit fit(outlook, aspect, 0.1);
+        fit.enter(transform);
+        std::vector<glm::dvec3> places;
+        for (int k = 0; k < 40; ++k) places.push_back(vector());
+        for (const auto& place : places) fit.add(place);
+        const Camera camera = fit.camera();
+        glm::dvec2 least(1.0), most(-1.0);
+        for (const auto& place : places) {
+            const auto at = onScreen(camera, glm::dvec3(transform * glm::dvec4(place, 1.0)), aspect);
+            least = glm::min(least, glm::dvec2(at));
+            most = glm::max(most, glm::dvec2(at));
+        }
+        EXPECT_NEAR(std::max(most.x, most.y), 0.8, 1e-6);
+        const int fuller = most.x > most.y ? 0 : 1;
+        EXPECT_NEAR(least[fuller], -most[fuller], 1e-6);
+        EXPECT_GT(glm::dot(camera.eye - camera.target, outlook.back), 0.0);
+    }
+}
+
+TEST(Camera, ABoxThatReachesNoFartherNeedsNotBeLookedInto) {
+    CameraFit fit({}, 1.5);
+    EXPECT_TRUE(fit.empty());
+    fit.add(plotBounds);
+    EXPECT_EQ(fit.inLayer(), plotBounds);
+    EXPECT_FALSE(fit.reach({glm::dvec3(-0.9), glm::dvec3(0.9)}) > 0.0);
+    EXPECT_TRUE(fit.reach({glm::dvec3(-0.9), glm::dvec3(0.9, 0.9, 1.1)}) > 0.0);
 }
 
 TEST(Camera, FittedToAPointIsACamera) {

@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "protocol/scene/json.h"
+
 namespace mote {
 namespace {
 
@@ -44,6 +48,29 @@ TEST(Dataset, ItsBoxIsThatOfItsKind) {
     }
     manifest.set_kind("particles");
     EXPECT_EQ(datasetBounds(manifest), plotBounds);
+}
+
+TEST(Dataset, PatientsStandAndAreSeenFromBefore) {
+    const auto look = [](const char* json) {
+        proto::Manifest manifest;
+        EXPECT_TRUE(parseJson(json, manifest, "manifest").ok());
+        return datasetOutlook(manifest);
+    };
+    const glm::dvec3 y(0.0, 1.0, 0.0), z(0.0, 0.0, 1.0);
+    EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"space": "ras"}})"), (Outlook{y, z}));
+    EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"space": "lps"}})"), (Outlook{-y, z}));
+    // A CT that says no space lies as scanners write its slices; another volume has no front.
+    EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"valueMin": -1000, "valueMax": 1988}})"),
+              (Outlook{-y, z}));
+    EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"valueMin": 0, "valueMax": 255}})"), std::nullopt);
+    EXPECT_EQ(look(R"({"kind": "mesh"})"), std::nullopt);
+    // What was said at its preparation goes before.
+    EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"space": "ras"}, "up": "y", "front": "-x"})"),
+              (Outlook{{-1.0, 0.0, 0.0}, y}));
+    const auto upright = look(R"({"kind": "mesh", "up": "z"})").value();
+    EXPECT_EQ(upright.up, z);
+    EXPECT_TRUE(upright.back.y < 0.0 && std::abs(upright.back.y) > std::abs(upright.back.x));
+    for (const char* name : {"", "-", "w", "xy", "--x"}) EXPECT_EQ(findDirection(name), std::nullopt) << name;
 }
 
 TEST(Dataset, AVolumesBoxHasItsSamplesAsCellCentres) {

@@ -186,9 +186,9 @@ TEST(Resolve, FillsInWhatIsNotSaid) {
         "{}", fmt::format(R"({{"pointShape": "gaussian", "pointOpacity": 1, "light": {}}})", light).c_str());
     expectResolved<proto::InkStyle>(
         R"({"ink": {}})",
-        fmt::format(R"({{"silhouettes": {{"mode": "adjusted", "importance": 1, "creaseDegrees": 60}},
+        fmt::format(R"({{"silhouettes": {{"mode": "adjusted", "importance": 0.05, "creaseDegrees": 60}},
             "hatch": {{"strength": 1, "segments": "growing"}}, "ink": {{"strength": 0.5, "complexity": 0.3}},
-            "light": {}, "occlusion": 0}})",
+            "light": {}, "occlusion": 0.6}})",
                     light)
             .c_str());
 }

@@ -178,6 +178,19 @@ TEST(FilmScript, HasItsLookAtAnotherSize) {
     EXPECT_EQ(sizedScript(script, 0, 16).error().where, "views[0].width");
 }
 
+TEST(FilmScript, AnnotatesViewsThatSayNothingOfIt) {
+    const auto script =
+        annotatedScript(scriptOf("{'views': [{'width': 4, 'height': 3}, {'width': 4, 'height': 3, "
+                                 "'annotations': {'labels': true}}]}"));
+    EXPECT_TRUE(script.views(0).annotations().axes() && script.views(0).annotations().color_bar());
+    EXPECT_TRUE(script.views(0).annotations().scale_bar() && script.views(0).annotations().labels());
+    EXPECT_TRUE(script.views(1).annotations().labels() && !script.views(1).annotations().axes());
+    const auto film = annotatedScript(scriptOf(
+        "{'keyframes': [{'view': {'width': 4, 'height': 3}}, {'seconds': 1, 'view': {'width': 4, 'height': "
+        "3}}]}"));
+    EXPECT_TRUE(film.keyframes(1).view().annotations().axes());
+}
+
 /// What one view says and the other leaves out has something in between, and so do two scales.
 TEST(FilmScript, MixesLengthsAsPixels) {
     const auto film = filmOf(scriptOf(
@@ -186,8 +199,8 @@ TEST(FilmScript, MixesLengthsAsPixels) {
         "{'seconds': 2, 'view': {'width': 100, 'height': 1440, 'scale': 4, 'annotations': {'fontPoints': 9},"
         "'layers': [{'dataset': 'a/mesh', 'stipple': {'spacingPixels': 5}}]}}]}"));
     const auto between = lengthsInPixels(parseView(film.frame(1)).value());
-    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->spacing_pixels(), 15.0);
-    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->dot_pixels(), 4.0);
+    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->spacing_pixels(), 12.6);
+    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->dot_pixels(), 3.6);
     EXPECT_NEAR(between.annotations->fontPixels(100, 1440, 1.0), 32.0, 1e-9);
     EXPECT_EQ(film.frame(2).scale(), 4.0);
 }

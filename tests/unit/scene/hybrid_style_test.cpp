@@ -23,7 +23,8 @@ TEST(HybridStyle, DefaultsAreTheDocumentedOnes) {
     EXPECT_EQ(style.representation, HybridRepresentation::best);
     EXPECT_FALSE(style.opacity || style.colorRange || style.clipBox);
     EXPECT_TRUE(style.colors.empty() && style.clipPlanes.empty());
-    EXPECT_EQ(style.colorMap.name(), "inferno");
+    EXPECT_EQ(style.colorMap.name(), "viridis");
+    EXPECT_FALSE(style.ownColors);
     EXPECT_EQ(style.pointShape, PointShape::gaussian);
     EXPECT_EQ(style.pointOpacity, 1.0);
     EXPECT_EQ(style.light.ambient, 0.25);

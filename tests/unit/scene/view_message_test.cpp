@@ -200,7 +200,7 @@ TEST(Lengths, ThatAreLeftOutGrowWithThePicture) {
         "'scale': 5, 'annotations': {}, 'layers': [{'stipple': {}}, {'ink': {}}, {'particles': {}, 'paths': "
         "{}},"
         "{'mesh': {}}]}";
-    const std::vector<double> usual{5.0, 2.0, 2.0, 1.2, 4.0, 1.0, 6.0, 1.5, 1.0, 12.0};
+    const std::vector<double> usual{2.6, 1.8, 1.8, 1.2, 3.5, 0.9, 6.0, 1.5, 1.0, 12.0};
     const auto times = [&](double factor) {
         std::vector<testing::Matcher<double>> grown;
         for (const double length : usual) grown.push_back(testing::DoubleEq(factor * length));

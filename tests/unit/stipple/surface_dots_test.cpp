@@ -21,7 +21,7 @@ using test::floorSurface;
 const std::string fromFront = "'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 2.6666667";
 
 View ballView(const std::string& style, const std::string& camera = fromFront, double jitter = 0.0) {
-    return test::viewOf("{'width': 400, 'height': 400, 'camera': {" + camera +
+    return test::viewOf("{'width': 400, 'height': 400, 'background': [0, 0, 0], 'camera': {" + camera +
                         "}, 'layers': [{'stipple': {'light': {'ambient': 1}, 'jitter': " +
                         std::to_string(jitter) + ", " + style + "}}]}");
 }
@@ -100,7 +100,8 @@ TEST(SurfaceDots, NoneShinesThroughTheSurface) {
 TEST(SurfaceDots, TheToneFollowsTheLight) {
     const auto surface = ballSurface(60000);
     const auto view = test::viewOf(
-        "{'width': 400, 'height': 400, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], "
+        "{'width': 400, 'height': 400, 'background': [0, 0, 0], 'camera': {'eye': [0, 0, 4], 'target': [0, "
+        "0, 0], "
         "'orthographicHeight': "
         "2.6666667}, 'layers': [{'stipple': {'spacingPixels': 4, 'jitter': 0, 'light': {'direction': [1, 0, "
         "0],"
@@ -117,11 +118,11 @@ TEST(SurfaceDots, AShadowLiesWhereTheLightIsHidden) {
     const auto surface = floorSurface(40000);
     const auto shaded = [&](const char* shadow) {
         const auto view = test::viewOf(
-            std::string(
-                "{'width': 400, 'height': 400, 'camera': {'eye': [0, 5, 0], 'target': [0, 0, 0], 'up': "
-                "[0, 0, -1], 'orthographicHeight': 4}, 'layers': [{'stipple': {'spacingPixels': 4, "
-                "'jitter': 0, 'light': {'direction': [1, 1, 0], 'fixed': true, 'ambient': 0, "
-                "'diffuse': 1, 'shadow': ") +
+            std::string("{'width': 400, 'height': 400, 'background': [0, 0, 0], 'camera': {'eye': [0, 5, 0], "
+                        "'target': [0, 0, 0], 'up': "
+                        "[0, 0, -1], 'orthographicHeight': 4}, 'layers': [{'stipple': {'spacingPixels': 4, "
+                        "'jitter': 0, 'light': {'direction': [1, 1, 0], 'fixed': true, 'ambient': 0, "
+                        "'diffuse': 1, 'shadow': ") +
             shadow + "}}}]}");
         int inside = 0;
         // The ball's centre casts its shadow on (-1, -1, 0): 100 pixels left of the middle.

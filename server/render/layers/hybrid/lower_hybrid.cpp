@@ -8,10 +8,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/vector_relational.hpp>
+#include <tuple>
 #include <utility>
 
 #include "protocol/scene/curve_presets.h"
 #include "protocol/scene/light.h"
+#include "protocol/scene/srgb.h"
 #include "server/render/plan/field_plan.h"
 #include "storage/hybrid/normal_table.h"
 
@@ -64,6 +67,22 @@ ValueRange around(const ValueRange& range) {
     return {range.low - margin, range.high + margin};
 }
 
+/// The curve, and colours, that follow the values.
+CurvePreset defaultPreset(const GridField& field) {
+    const std::vector<std::uint64_t> histogram(field.histogram.begin(), field.histogram.end());
+    return presetsOf("", field.range, histogram).front();
+}
+
+/// Those of the curve; or of the colour map what is bright enough to be read on black.
+void takeDefaultColors(const GridField& field, bool ownRange, TransferFunction& transfer) {
+    constexpr double darkest = 0.3;  // of the colour map
+    for (const auto& color : defaultPreset(field).colors)
+        transfer.colors.push_back(srgbToLinear(glm::dvec3(color[0], color[1], color[2])));
+    if (!transfer.colors.empty() || ownRange) return;
+    const double width = transfer.span.high - transfer.span.low;
+    transfer.colorRange.low = transfer.span.low - width * darkest / (1.0 - darkest);
+}
+
 /// A half-space of layer space, in the box.
 HalfSpace inBox(const HalfSpace& layer, const glm::dmat4& boxToLayer) {
     return {glm::transpose(glm::dmat3(boxToLayer)) * layer.normal,
@@ -99,8 +118,7 @@ CorrectedField samplesOf(const HybridStyle& style, const std::shared_ptr<const G
 }  // namespace
 
 Curve defaultOpacity(const GridField& field) {
-    const std::vector<std::uint64_t> histogram(field.histogram.begin(), field.histogram.end());
-    const auto knots = presetsOf("", field.range, histogram).front().knots;
+    const auto knots = defaultPreset(field).knots;
     return Curve::create(knots, knots.front().x, knots.back().x).value();
 }
 
@@ -115,12 +133,101 @@ TransferFunction transferOf(const HybridStyle& style, const GridField& field) {
                               .colors = style.colors};
     transfer.span = knotsOf(transfer.opacity, field.range);
     transfer.colorRange = style.colorRange ? *style.colorRange : transfer.span;
+    if (!style.opacity && !style.ownColors) takeDefaultColors(field, style.colorRange.has_value(), transfer);
     if (transfer.colors.empty()) {
         transfer.span = {std::min(transfer.span.low, transfer.colorRange.low),
                          std::max(transfer.span.high, transfer.colorRange.high)};
     }
     transfer.span = around(transfer.span);
     return transfer;
+}
+
+namespace {
+
+/// Tells a camera of samples that are seen: in each row the first and the last count.
+class SeenSamples {
+  public:
+    SeenSamples(const GridField& field, const TransferFunction& transfer, const HybridStyle& style,
+                CameraFit& fit)
+        : boxToLayer_(field.boxToLayer), style_(style), fit_(fit), seen_(65536) {
+        constexpr double least = 0.02;  // of the greatest opacity
+        const double from = least * transfer.opacity.maximum();
+        for (std::size_t code = 0; code < seen_.size(); ++code) {
+            const double opacity = transfer.opacity(field.valueOf(static_cast<double>(code)));
+            seen_[code] = opacity > 0.0 && opacity >= from ? 1 : 0;
+        }
+    }
+
+    /// `count` samples of a row of cells of the box, from the cell `first` of a grid of `size`.
+    void addRow(const std::uint16_t* codes, std::uint32_t count, const glm::uvec3& first,
+                const glm::uvec3& size) const {
+        const auto addFirst = [&](auto from, auto to, int step) {
+            for (auto i = from; i != to; i += step) {
+                const glm::uvec3 cell(first.x + static_cast<std::uint32_t>(i), first.y, first.z);
+                if (seen_[codes[i]] != 0 && add(cell, size)) return;
+            }
+        };
+        addFirst(std::int64_t{0}, std::int64_t{count}, 1);
+        addFirst(std::int64_t{count} - 1, std::int64_t{-1}, -1);
+    }
+    /// Whether cells may count, from one to another.
+    bool mayCount(const glm::uvec3& first, const glm::uvec3& end, const glm::uvec3& size) const {
+        const Bounds box{glm::dvec3(first) / glm::dvec3(size), glm::dvec3(end) / glm::dvec3(size)};
+        return fit_.reach(box.transformed(boxToLayer_)) > 0.0;
+    }
+
+  private:
+    bool add(const glm::uvec3& cell, const glm::uvec3& size) const {
+        if (cell.x >= size.x || cell.y >= size.y || cell.z >= size.z) return false;
+        const glm::dvec3 inBox = (glm::dvec3(cell) + 0.5) / glm::dvec3(size);
+        const glm::dvec3 place(boxToLayer_ * glm::dvec4(inBox, 1.0));
+        const auto& clip = style_.clipBox;
+        const bool outside = clip && (glm::any(glm::lessThan(place, clip->min)) ||
+                                      glm::any(glm::greaterThan(place, clip->max)));
+        const auto cuts = [&](const HalfSpace& plane) {
+            return glm::dot(plane.normal, place) < plane.distance;
+        };
+        if (outside || std::any_of(style_.clipPlanes.begin(), style_.clipPlanes.end(), cuts)) return false;
+        // What is seen of it reaches as far as halfway to its neighbours.
+        const Bounds cellInBox{glm::dvec3(cell) / glm::dvec3(size), glm::dvec3(cell + 1U) / glm::dvec3(size)};
+        for (const auto& corner : cellInBox.corners())
+            fit_.add(glm::dvec3(boxToLayer_ * glm::dvec4(corner, 1.0)));
+        return true;
+    }
+
+    const glm::dmat4 boxToLayer_;
+    const HybridStyle& style_;
+    CameraFit& fit_;
+    std::vector<std::uint8_t> seen_;  // by code
+};
+
+void addSeenBricks(const GridBricks& bricks, const SeenSamples& seen) {
+    for (std::size_t i = 0; i < bricks.numbers.size(); ++i) {
+        if (bricks.numbers[i] == GridBricks::none) continue;
+        const auto [x, y, z] = std::tuple(i % bricks.count.x, i / bricks.count.x % bricks.count.y,
+                                          i / bricks.count.x / bricks.count.y);
+        const glm::uvec3 first = GridBricks::edge * glm::uvec3(x, y, z);
+        if (!seen.mayCount(first, first + GridBricks::samples, bricks.size)) continue;
+        const auto* row = &bricks.values[static_cast<std::size_t>(bricks.numbers[i]) * GridBricks::volume];
+        for (std::uint32_t k = 0; k < GridBricks::samples; ++k) {
+            for (std::uint32_t j = 0; j < GridBricks::samples; ++j, row += GridBricks::samples)
+                seen.addRow(row, GridBricks::samples, first + glm::uvec3(0, j, k), bricks.size);
+        }
+    }
+}
+
+}  // namespace
+
+void addShown(const GridField& field, const TransferFunction& transfer, const HybridStyle& style,
+              CameraFit& fit) {
+    const SeenSamples seen(field, transfer, style, fit);
+    const auto& size = field.coarse.size;
+    for (std::uint32_t z = 0; z < size.z; ++z) {
+        for (std::uint32_t y = 0; y < size.y; ++y)
+            seen.addRow(&field.coarse.values[field.coarse.index({0, y, z})], size.x, {0, y, z}, size);
+    }
+    if (field.bricks != nullptr && style.representation != HybridRepresentation::volume)
+        addSeenBricks(*field.bricks, seen);
 }
 
 void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,

@@ -21,6 +21,11 @@ TransferFunction transferOf(const HybridStyle& style, const GridField& field);
 /// What the field has, if the style leaves it open.
 HybridRepresentation resolved(HybridRepresentation asked, const GridField& field);
 
+/// Tells a camera all of a field that is seen: samples, corrected or not, of a fiftieth of the greatest
+/// opacity at least, where nothing cuts them off.
+void addShown(const GridField& field, const TransferFunction& transfer, const HybridStyle& style,
+              CameraFit& fit);
+
 /// Adds the layer's field to `out`. `index`: the layer's place in its view.
 void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,
                  const std::shared_ptr<const GridField>& field, Lowering& out);

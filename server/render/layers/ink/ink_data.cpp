@@ -27,9 +27,14 @@ InkData inkDataOf(const Scene& scene, std::size_t index) {
         return InkVolume{std::move(density), densityTransfer(style)};
     auto volume = held(scene.hybrids, index);
     MOTE_CHECK(volume != nullptr);
+    return InkVolume{volume, inkTransfer(style, *volume, false)};
+}
+
+TransferFunction inkTransfer(const InkStyle& style, const GridField& field, bool density) {
+    if (density) return densityTransfer(style);
     auto hybrid = hybridStyleOf(parseHybridStyle({}).value());
     hybrid.opacity = style.opacity;
-    return InkVolume{volume, transferOf(hybrid, *volume)};
+    return transferOf(hybrid, field);
 }
 
 Bounds boundsOf(const InkData& data) {

@@ -28,6 +28,9 @@ using InkData = std::variant<std::shared_ptr<const MeshSurface>, InkVolume>;
 /// "particles" layer of the dataset has it.
 InkData inkDataOf(const Scene& scene, std::size_t index);
 
+/// How ink sees a field. `density`: of particles.
+TransferFunction inkTransfer(const InkStyle& style, const GridField& field, bool density);
+
 /// Layer space.
 Bounds boundsOf(const InkData& data);
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "protocol/scene/srgb.h"
 #include "server/render/layers/particles/moving_look.h"
 #include "server/render/plan/hidden_area.h"
 
@@ -21,10 +22,11 @@ double footprintReach(double pointSize) {
     return pointSize > 1.0 ? 0.5 * pointSize + 0.5 : 0.0;
 }
 
-/// The diameter at which a point of so much light, in square pixels, hides a fifth of what lies behind it;
-/// one pixel where it hides less.
-double sizeOfLight(double light) {
-    constexpr double fullest = 0.2, largest = 64.0;  // optical depth; pixels
+/// The diameter at which a point of so much light, in square pixels, hides half of what lies behind it, or
+/// nearly all where that is light; one pixel where it hides less.
+double sizeOfLight(double light, bool onLight) {
+    const double fullest = onLight ? 2.0 : 0.7;  // optical depth
+    constexpr double largest = 64.0;             // pixels
     const double area = light / fullest;
     if (area <= discArea(1.0 + 1e-9)) return 1.0;
     return std::min(2.0 * std::sqrt(area / std::numbers::pi - 1.0 / 12.0), largest);
@@ -39,22 +41,24 @@ double toTarget(const Camera& camera) {
 
 /// If the opacity is the plot's, the light of a point is that of a particle in the world. `height`: of the
 /// picture, pixels.
-void lightUp(const Layer& layer, const ParticlesStyle& style, const Camera& camera, double height,
+void lightUp(const Layer& layer, const ParticlesStyle& style, const FramePlan& plan, double height,
              PointLook& look) {
+    const Camera& camera = plan.camera;
     const double unit = std::cbrt(std::abs(glm::determinant(glm::dmat3(layer.transform))));
     const double pixels = unit * height / (2.0 * camera.halfHeight());  // of a unit of the layer at depth 1
     const double light = style.pointArea * pixels * pixels;
-    look.size = style.sizeByPlot ? sizeOfLight(light * toTarget(camera)) : std::max(look.size, 1.0);
+    look.size = style.sizeByPlot ? sizeOfLight(light * toTarget(camera), isLight(plan.background))
+                                 : std::max(look.size, 1.0);
     look.light = std::max(light / discArea(look.size), std::numeric_limits<double>::min());
 }
 
 /// Of points of the mean weight in the exact picture, of so many lines.
-PointLook restingLook(const Layer& layer, const ParticlesStyle& style, const Camera& camera, double height) {
+PointLook restingLook(const Layer& layer, const ParticlesStyle& style, const FramePlan& plan, double height) {
     PointLook look{.size = style.pointSize,
                    .opacity = std::min(style.pointOpacity, TransferFunction::opacityLimit),
                    .color = style.pointColor,
                    .thinned = layer.opacity};
-    if (style.opacityByPlot && style.pointArea > 0.0) lightUp(layer, style, camera, height, look);
+    if (style.opacityByPlot && style.pointArea > 0.0) lightUp(layer, style, plan, height, look);
     return look;
 }
 
@@ -64,7 +68,7 @@ class PointLooks {
     /// `weight`: of the step's points, of which there are so many.
     PointLooks(const Layer& layer, const ParticlesStyle& style, const Scene& scene, const StepWeight& weight,
                std::uint64_t points, const Lowering& out)
-        : rest_(restingLook(layer, style, out.plan.camera, scene.view.height)),
+        : rest_(restingLook(layer, style, out.plan, scene.view.height)),
           weight_(weight),
           points_(points),
           toTau_(toTarget(out.plan.camera)),
