@@ -13,6 +13,11 @@ namespace {
 
 /// By so much all lines are darker than the target where some are left out, share of the paper.
 constexpr double tooDark = 0.02;
+/// Lines that are always drawn are not where they alone are so much darker than the target: a tree is not
+/// all ink.
+constexpr double crowdOfImportant = 0.4;
+/// Step of a line beside nothing, an outer contour.
+constexpr float outerStep = 0.999F;
 /// By so much more the tone may be off where lines stay as they were before, share of the paper.
 constexpr double slack = 0.05;
 
@@ -168,11 +173,23 @@ class Trial {
         touched_.clear();
     }
     /// Whether it lies where all lines would be too dark.
-    bool crowded(const Piece& piece, const ToneGrid& all) const {
+    bool crowded(const Piece& piece, const ToneGrid& all, double slackOfTone = tooDark) const {
         const auto& middle = lines_[piece.line].points[(piece.begin + piece.end) / 2].at;
         const double cover = coverOf(static_cast<double>(toneAt(all, cells_, middle)));
         return cover >
-               coverOf(static_cast<double>(toneAt(wanted_, cells_, middle))) + tooDark + leanOf(piece);
+               coverOf(static_cast<double>(toneAt(wanted_, cells_, middle))) + slackOfTone + leanOf(piece);
+    }
+    /// The density of some pieces.
+    template <class Which>
+    ToneGrid densityOfThose(const std::vector<Piece>& pieces, const Which& which) const {
+        ToneGrid grid(cells_.columns, cells_.rows);
+        for (const auto& piece : pieces) {
+            if (!which(piece)) continue;
+            eachDrop(lines_[piece.line], piece.begin, piece.end, cells_, width_, [&](const Drop& drop) {
+                grid.at(drop.column, drop.row) += static_cast<float>(drop.cover);
+            });
+        }
+        return blurred(grid, cells_.blur);
     }
     ToneGrid take() { return std::move(drawn_); }
 
@@ -200,13 +217,21 @@ class Trial {
     std::vector<std::size_t> touched_;
 };
 
+/// Outer contours are whole, whatever the style says.
+bool isImportant(float step, const SilhouetteStyle& style) {
+    return static_cast<double>(step) > style.importance || step >= outerStep;
+}
+
 void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const SilhouetteStyle& style,
             const LineTarget& target, Trial& trial, const std::stop_token& stop) {
     const ToneGrid all = densityOf(lines, target.cells, target.width);
+    const auto important = [&](const Piece& piece) { return isImportant(piece.importance, style); };
+    const ToneGrid always = trial.densityOfThose(pieces, important);
     std::vector<Piece*> tried;
     for (auto& piece : pieces) {
         if (isStopped(stop)) return;
-        if (static_cast<double>(piece.importance) > style.importance || !trial.crowded(piece, all))
+        if ((important(piece) && !trial.crowded(piece, always, crowdOfImportant)) ||
+            !trial.crowded(piece, all))
             trial.draw(piece);
         else
             tried.push_back(&piece);
@@ -232,7 +257,8 @@ ChosenLines thinned(const std::vector<InkLine>& lines, const SilhouetteStyle& st
         const double wanted = densityOf(static_cast<double>(toneAt(target.target, target.cells, place.at)));
         const double share =
             wanted / std::max(static_cast<double>(toneAt(all, target.cells, place.at)), 1e-6);
-        const bool drawn = place.step > style.importance || static_cast<double>(line.rank) < share;
+        const bool drawn =
+            isImportant(static_cast<float>(place.step), style) || static_cast<double>(line.rank) < share;
         (drawn ? chosen.lines : chosen.left).push_back(line);
     }
     chosen.density = densityOf(chosen.lines, target.cells, target.width);
@@ -279,7 +305,7 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
         adjust(pieces, lines, style, target, trial, stop);
     } else {
         for (auto& piece : pieces) {
-            if (static_cast<double>(piece.importance) > style.importance) trial.draw(piece);
+            if (isImportant(piece.importance, style)) trial.draw(piece);
         }
     }
     return {joined(lines, pieces, true), joined(lines, pieces, false), trial.take()};

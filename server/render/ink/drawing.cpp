@@ -45,6 +45,64 @@ Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
     return wanted;
 }
 
+/// Tells crumbs: what is shorter than one and a half spacings of hatches, and has nothing longer within a
+/// spacing of its middle. Outer contours are none.
+class Crumbs {
+  public:
+    Crumbs(const std::vector<InkLine>& lines, const std::vector<HatchStroke>& strokes, const glm::uvec2& size,
+           double spacing)
+        : spacing_(spacing),
+          inked_(static_cast<std::uint32_t>(size.x / spacing) + 1,
+                 static_cast<std::uint32_t>(size.y / spacing) + 1) {
+        for (const auto& line : lines) {
+            giveWay();
+            if (isShort(line)) continue;
+            for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
+                mark(line.points[i].at, line.points[i + 1].at);
+        }
+        for (const auto& stroke : strokes) {
+            if (!isShort(stroke)) mark(stroke.from, stroke.to);
+        }
+    }
+
+    bool has(const InkLine& line) const {
+        return isShort(line) && isAlone(line.points[line.points.size() / 2].at);
+    }
+    bool has(const HatchStroke& stroke) const {
+        return isShort(stroke) && isAlone(0.5 * (stroke.from + stroke.to));
+    }
+
+  private:
+    static constexpr double shortest = 1.5;  // spacings
+
+    bool isShort(const InkLine& line) const {
+        double length = 0.0;
+        for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+            if (line.points[i].step >= besideNothing) return false;
+            length += glm::distance(line.points[i].at, line.points[i + 1].at);
+            if (length >= shortest * spacing_) return false;
+        }
+        return true;
+    }
+    bool isShort(const HatchStroke& stroke) const {
+        return glm::distance(stroke.from, stroke.to) < shortest * spacing_;
+    }
+    void mark(const glm::dvec2& from, const glm::dvec2& to) {
+        eachSquare(from / spacing_, to / spacing_, inked_.width, inked_.height,
+                   [&](std::uint32_t column, std::uint32_t row, double) { inked_.at(column, row) = 1; });
+    }
+    bool isAlone(const glm::dvec2& middle) const {
+        for (int i = 0; i < 9; ++i) {
+            if (inked_.near(middle.x / spacing_ + i % 3 - 1, middle.y / spacing_ + i / 3 - 1) != 0)
+                return false;
+        }
+        return true;
+    }
+
+    double spacing_;
+    Raster<std::uint8_t> inked_;  // squares of a spacing
+};
+
 /// One drawing's stages.
 class DrawingMaker {
   public:
@@ -85,17 +143,23 @@ class DrawingMaker {
         if (isStopped(stop_)) return drawing;
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines, stop_);
-        for (const auto& line : chosen.lines) {
-            giveWay();
-            pen.draw(line, style_.silhouettes.width * pixels_);
-        }
         HatchPlan plan;
+        std::vector<HatchStroke> strokes;
         if (hatches) {
             plan = hatchPlan(rest, std::move(regions), chosen.density);
-            for (const auto& stroke : hatched(plan)) {
-                giveWay();
-                pen.draw(stroke, style_.hatch.width * pixels_);
-            }
+            strokes = hatched(plan);
+        }
+        const Crumbs crumbs(chosen.lines, strokes, {wanted_.width, wanted_.height}, hatchOptions().spacing);
+        // Of a film's lines those stay that were there before.
+        const bool chooses =
+            style_.silhouettes.mode == SilhouetteMode::adjusted && !scene_.quick && memory_ == nullptr;
+        for (const auto& line : chosen.lines) {
+            giveWay();
+            if (!chooses || !crumbs.has(line)) pen.draw(line, style_.silhouettes.width * pixels_);
+        }
+        for (const auto& stroke : strokes) {
+            giveWay();
+            if (!crumbs.has(stroke)) pen.draw(stroke, style_.hatch.width * pixels_);
         }
         if (memory_ != nullptr && !isStopped(stop_)) remember(std::move(chosen), std::move(plan));
         return drawing;

@@ -515,6 +515,26 @@ TEST(ChooseLines, WhereLinesAreNotTooDarkAllAreDrawn) {
     EXPECT_EQ(waysOf(Target(0.8).chosen(lines, test::usualInk().silhouettes).lines), waysOf(lines));
 }
 
+/// On white paper, where tone asks for none.
+TEST(ChooseLines, OuterContoursAndImportantLinesAreWholeButInCrowds) {
+    test::Random random(12);
+    const auto ofStep = [&](int count, double step) {
+        auto lines = manyLines(random, count, 1.0);
+        for (auto& line : lines) {
+            for (auto& point : line.points) point.step = step;
+        }
+        return lines;
+    };
+    const Target paper(0.0);
+    auto style = test::usualInk().silhouettes;
+    const auto outer = ofStep(4, 1.0), inner = ofStep(4, 0.5), crowd = ofStep(900, 1.0);
+    EXPECT_EQ(waysOf(paper.chosen(outer, style).lines), waysOf(outer));
+    EXPECT_LT(waysOf(paper.chosen(inner, style).lines).size(), waysOf(inner).size());
+    style.importance = 0.05;
+    EXPECT_EQ(waysOf(paper.chosen(inner, style).lines), waysOf(inner));
+    EXPECT_LT(waysOf(paper.chosen(crowd, style).lines).size(), waysOf(crowd).size() / 2);
+}
+
 TEST(ChooseLines, ImportantDrawsThoseAboveAndNoneNothing) {
     test::Random random(10);
     const auto lines = manyLines(random, 200, 1.0);
