@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <optional>
+#include <memory>
 #include <utility>
 
 #include "server/render/cpu/composite/packet.h"
@@ -40,11 +40,12 @@ HWY_INLINE WordV encoded(V linear) {
     return hn::BitCast(Words(), hn::NearestInt(value));
 }
 
-/// A half float's bits, rounded to the nearest, ties to even; at most the greatest finite one. x >= 0.
+/// A half float's bits, rounded to the nearest, ties to even; 0 at least (light that follows from a lattice
+/// may be a rounding below) and at most the greatest finite one.
 HWY_INLINE WordV halfBits(V x) {
     const Floats d;
     const Words words;
-    const V held = hn::Min(x, hn::Set(d, 65504.0F));
+    const V held = hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 65504.0F));
     // Below the least normal half, adding 1/2 leaves the bits where a half has them.
     const V shift = hn::Set(d, 0.5F);
     const WordV small = hn::Sub(hn::BitCast(words, hn::Add(held, shift)), hn::BitCast(words, shift));
@@ -171,7 +172,11 @@ class TileComposite {
   public:
     TileComposite(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points,
                   const TileDots* dots)
-        : frame_(frame), tile_(tile), points_(points), dots_(dots) {
+        : frame_(frame),
+          tile_(tile),
+          points_(points),
+          dots_(dots),
+          occupied_(occupiedSlabs(points, dots, frame.slabs)) {
         constexpr std::uint32_t edge = Tile::edge;
         const bool seen = std::any_of(frame.fields.begin(), frame.fields.end(), [&](const auto& field) {
             return field.visible.seen.blocks != nullptr &&
@@ -182,7 +187,7 @@ class TileComposite {
 
     /// Of the packet with the pixel (x, y) of the picture for its first; as many as a packet has.
     void draw(std::uint32_t number, std::uint32_t x, std::uint32_t y, std::uint32_t* pixels) {
-        packet_.setPoints(frame_, points_, dots_, number, x, y);
+        packet_.setPoints(frame_, points_, dots_, number, occupied_[number], x, y);
         const bool smooth = lattice_ && lattice_->smooth(number);
         if (!smooth) packet_.setRays(frame_, placesOf(x, y));
         if (!packet_.anyPoints && (smooth ? lattice_->blank(number) : !packet_.anyHit)) {
@@ -199,7 +204,8 @@ class TileComposite {
 
   private:
     void tellLattice() {
-        TileLattice& lattice = lattice_.emplace(frame_, tile_, points_);
+        lattice_ = std::make_unique<TileLattice>(frame_, tile_, points_);
+        TileLattice& lattice = *lattice_;
         while (!lattice.wanted().empty()) {
             for (auto left = lattice.wanted(); !left.empty();) {
                 const auto some = left.first(std::min<std::size_t>(left.size(), Tile::packetPixels));
@@ -215,7 +221,8 @@ class TileComposite {
     const Tile tile_;
     const std::span<const TileCells> points_;
     const TileDots* const dots_;
-    std::optional<TileLattice> lattice_;
+    const std::array<SlabBits, Tile::packets> occupied_;
+    std::unique_ptr<TileLattice> lattice_;  // none: each pixel has rays of its own
     Packet packet_;
     PacketSights sights_;
 };

@@ -125,23 +125,30 @@ void Packet::setRays(const CompositeFrame& frame, const PacketPlaces& places) {
     }
 }
 
+std::array<SlabBits, Tile::packets> occupiedSlabs(std::span<const TileCells> points, const TileDots* dots,
+                                                  std::uint32_t slabs) {
+    std::array<SlabBits, Tile::packets> occupied{};
+    const auto add = [&](std::uint32_t slab, std::uint64_t packets) {
+        for (; packets != 0; packets &= packets - 1)
+            occupied[static_cast<std::size_t>(std::countr_zero(packets))][slab / 64] |= 1ULL << slab % 64;
+    };
+    for (const auto& layer : points) {
+        for (std::uint32_t i = 0; i < layer.slabs(); ++i) add(layer.firstSlab() + i, layer.occupied(i));
+    }
+    for (std::uint32_t slab = 0; dots != nullptr && slab < slabs; ++slab) add(slab, dots->occupied(slab));
+    return occupied;
+}
+
 void Packet::setPoints(const CompositeFrame& frame, std::span<const TileCells> cells,
-                       const TileDots* tileDots, std::uint32_t packet, std::uint32_t x, std::uint32_t y) {
+                       const TileDots* tileDots, std::uint32_t packet, const SlabBits& occupied,
+                       std::uint32_t x, std::uint32_t y) {
     points = cells;
     dots = tileDots;
     number = packet;
     slabs_ = frame.slabs;
-    occupied_.fill(0);
-    for (const auto& layer : points) {
-        for (std::uint32_t i = 0; i < layer.slabs(); ++i) {
-            const std::uint32_t slab = layer.firstSlab() + i;
-            occupied_[slab / 64] |= (layer.occupied(i) >> number & 1U) << slab % 64;
-        }
-    }
-    for (std::uint32_t slab = 0; dots != nullptr && slab < slabs_; ++slab)
-        occupied_[slab / 64] |= (dots->occupied(slab) >> number & 1U) << slab % 64;
-    if (!points.empty()) setColors(frame, x, y);
+    occupied_ = occupied;
     anyPoints = std::any_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits != 0; });
+    if (anyPoints) setColors(frame, x, y);
 }
 
 void Packet::setColors(const CompositeFrame& frame, std::uint32_t x, std::uint32_t y) {

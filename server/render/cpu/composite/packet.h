@@ -60,6 +60,12 @@ struct PacketRays {
     double crowded_ = 0.0;                                          // segments to a mean slab
 };
 
+/// A bit a slab.
+using SlabBits = std::array<std::uint64_t, mostSlabs / 64>;
+/// By packet of a tile: the slabs in which any layer has points, or there are dots.
+std::array<SlabBits, Tile::packets> occupiedSlabs(std::span<const TileCells> points, const TileDots* dots,
+                                                  std::uint32_t slabs);
+
 struct Packet {
     static constexpr std::size_t mostFields = View::maxLayers;
 
@@ -74,9 +80,10 @@ struct Packet {
     const TileDots* dots = nullptr;  ///< null: none in the tile
     std::uint32_t number = 0;        ///< in its tile
 
-    /// The points and dots of packet `packet` of a tile. `x`, `y`: its first pixel in the picture.
+    /// The points and dots of packet `packet` of a tile, and the slabs that hold any in it. `x`, `y`: its
+    /// first pixel in the picture.
     void setPoints(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
-                   std::uint32_t packet, std::uint32_t x, std::uint32_t y);
+                   std::uint32_t packet, const SlabBits& occupied, std::uint32_t x, std::uint32_t y);
     /// Its rays through the fields.
     void setRays(const CompositeFrame& frame, const PacketPlaces& places);
 
@@ -104,7 +111,7 @@ struct Packet {
     std::uint32_t slabs_ = 0;
     std::array<std::size_t, mostFields> hits_{}, inSection_{};
     std::size_t hitCount_ = 0, sectionHits_ = 0;
-    std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer or dots
+    SlabBits occupied_{};  // slabs with points of any layer or dots
 };
 
 /// PacketSights: what the rays of a packet see ahead in each field, kept so that all vectors of the packet's
