@@ -118,7 +118,9 @@ class SizeAndZoom(TruthCase):
 
 
 class Weights(TruthCase):
-    """Optical depths: what a plot over white less the same over black lets through."""
+    """Optical depths: what a plot over grey less the same over black lets through; both are dark to the defaults."""
+
+    GREY = 0.4, ((0.4 + 0.055) / 1.055) ** 2.4  # sRGB, linear
 
     @classmethod
     def setUpClass(cls):
@@ -129,9 +131,9 @@ class Weights(TruthCase):
     def optical_depth(self, name, weight, style=truth.POINTS):
         self.plots.add(name, self.places, weight)
         camera = {"eye": [0, 0, 6], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 2.0}
-        views = [truth.view(name, style, (160, 160), camera, background=[shade] * 3) for shade in (0, 1)]
-        black, white = (linear16(picture) for picture in self.plots.draw(views, name, form="png16"))
-        return -numpy.log((white - black).mean(axis=2))
+        views = [truth.view(name, style, (160, 160), camera, background=[shade] * 3) for shade in (0, self.GREY[0])]
+        black, grey = (linear16(picture) for picture in self.plots.draw(views, name, form="png16"))
+        return -numpy.log((grey - black).mean(axis=2) / self.GREY[1])
 
     def test_a_hundredfold_weight_hides_a_hundredfold(self):
         weight = numpy.where(self.places[:, 0] < 0, 1.0, 100.0)
