@@ -21,6 +21,7 @@
 #include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
+#include "protocol/scene/dataset.h"
 #include "storage/files/packed_file.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_encoder.h"
@@ -432,6 +433,12 @@ class Job {
         }
         MOTE_RETURN_IF_ERROR(findRanges());
         auto manifest = describeVolume(request_, given_, output_, shape_, plan_, range_);
+        if (takenForPatient(manifest)) {
+            progress_.note(
+                "it says no space; its slices are taken to lie as scanners write them, from feet to head "
+                "with "
+                "the back last: --up and --front say where it stands otherwise");
+        }
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
             auto entry = makeStep(step, dataset.directory());
             if (!entry.ok()) return inInput(step, entry.error());

@@ -90,13 +90,15 @@ std::optional<glm::dvec3> findDirection(std::string_view name) {
     return direction;
 }
 
-/// Patients stand, and are seen from before; slices of a CT that says no space are taken to lie as scanners
-/// write them, from feet to head with the back last.
-std::optional<Outlook> datasetOutlook(const proto::Manifest& manifest) {
+bool takenForPatient(const proto::Manifest& manifest) {
     const auto& hybrid = manifest.hybrid();
-    const bool slices = hybrid.space().empty() && manifest.kind() == "hybrid" &&
-                        inHounsfieldUnits(hybrid.value_unit(), {hybrid.value_min(), hybrid.value_max()});
-    const std::string space = slices ? "lps" : hybrid.space();
+    return manifest.kind() == "hybrid" && hybrid.space().empty() && manifest.up().empty() &&
+           inHounsfieldUnits(hybrid.value_unit(), {hybrid.value_min(), hybrid.value_max()});
+}
+
+/// Patients stand, and are seen from before.
+std::optional<Outlook> datasetOutlook(const proto::Manifest& manifest) {
+    const std::string space = takenForPatient(manifest) ? "lps" : manifest.hybrid().space();
     const bool patient = manifest.up().empty() && (space == "ras" || space == "lps");
     const auto up = findDirection(patient ? "z" : manifest.up());
     if (!up) return std::nullopt;

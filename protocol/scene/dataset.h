@@ -28,6 +28,9 @@ Bounds datasetBounds(const proto::Manifest& manifest);
 /// From where it is looked at, layer space: from the front as its file or who prepared it has it; none where
 /// neither says.
 std::optional<Outlook> datasetOutlook(const proto::Manifest& manifest);
+/// Whether a volume says no space, but Hounsfield units, so that its slices are taken to lie as scanners
+/// write them: from feet to head, the back last.
+bool takenForPatient(const proto::Manifest& manifest);
 /// A direction by its name: "x", "-x", ... ; none of any other.
 std::optional<glm::dvec3> findDirection(std::string_view name);
 /// The box of a hybrid volume.

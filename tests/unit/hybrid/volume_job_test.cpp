@@ -339,6 +339,20 @@ TEST(VolumeJob, DimensionsOfOne) {
     }
 }
 
+TEST(VolumeJob, SaysIfSlicesAreTakenForAPatients) {
+    const test::TempDir dir;
+    auto volume = sample(20, 20, 20, ScalarType::f32);
+    const auto notesOf = [&](const char* name) {
+        QuietProgress progress;
+        EXPECT_TRUE(test::runOn({volume}, jobOf(0.0, 8, "residual"), dir / name, progress).ok());
+        return progress.notes;
+    };
+    EXPECT_THAT(notesOf("a.mote"), testing::IsEmpty());
+    // Now from air to bone.
+    for (auto& value : volume.values) value = value * 12.0F - 1000.0F;
+    EXPECT_THAT(notesOf("b.mote"), testing::ElementsAre(HasSubstr("as scanners write them")));
+}
+
 TEST(VolumeJob, WhatIsNotFiniteIsCountedAndTheLeastValue) {
     const test::TempDir dir;
     constexpr double infinite = std::numeric_limits<double>::infinity();
