@@ -119,7 +119,9 @@ PointHits::Look PointHits::lookOf(const View& view, const glm::dmat4& transform,
     const double away = view.camera.perspective() ? glm::length(view.camera.target - view.camera.eye) : 1.0;
     const double pixels = view.height / (2.0 * view.camera.halfHeight() * away);
     look.area = style.pointArea * unit * unit;
-    const double disc = look.area * pixels * pixels / 0.2;  // so large, a point hides a fifth
+    const bool onLight = glm::dot(view.background, glm::dvec3(0.2126, 0.7152, 0.0722)) > 0.21;
+    const double disc =
+        look.area * pixels * pixels / (onLight ? 2.0 : 0.7);  // so large, a point hides as much
     const double diameter = 2.0 * std::sqrt(std::max(disc / std::numbers::pi - 1.0 / 12.0, 0.0));
     if (style.sizeByPlot) look.size = std::min(disc > discArea(1.0 + 1e-9) ? diameter : 1.0, 64.0);
     look.size = std::max(look.size, 1.0);
