@@ -4,6 +4,8 @@
 // tests/views/check --seed S --count N.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/views/view_check.h"
 #include "tests/views/view_data.h"
 #include "tests/views/view_drawer.h"
@@ -66,14 +68,18 @@ TEST_P(FixedViews, AreTheSameWithoutWhatIsNotThere) {
     const auto drawer = drawerOf(GetParam().device);
     ViewData data;
     for (std::uint64_t i = 0; i < GetParam().count; ++i) {
-        auto with = generatedView(8, i, {400});
+        auto with = generatedView(8, i, {400}), without = with;
         if (with.layers().empty()) continue;
-        // A background that is not said goes by the layers that there are.
-        while (with.background_size() < 3) with.add_background(0.0);
-        auto without = with;
         const int index = static_cast<int>(i % static_cast<std::uint64_t>(with.layers_size()));
         with.mutable_layers(index)->set_opacity(0.0);
         without.mutable_layers()->DeleteSubrange(index, 1);
+        // Paper stays where all drawings on it are hidden; a view without layers has none.
+        const bool seen = std::ranges::any_of(without.layers(), [](const proto::Layer& layer) {
+            return !layer.has_opacity() || layer.opacity() > 0.0;
+        });
+        if (!seen && with.background().empty()) {
+            for (auto* view : {&with, &without}) view->mutable_background()->Resize(3, 0.0);
+        }
         const auto pixels = [&](const proto::View& view) {
             return drawer->draw(*data.scene(view), render::Quality::exact()).pixels;
         };
