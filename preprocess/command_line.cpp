@@ -85,8 +85,7 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
     return JobOutcome{std::move(output), std::move(manifest)};
 }
 
-void printJson(const JobOutcome& outcome, double seconds) {
-    JsonObject object;
+void printJson(const JobOutcome& outcome, double seconds, JsonObject object) {
     object.add("output", outcome.output.string()).add("seconds", seconds);
     if (const auto* kind = storage::findKind(outcome.manifest)) {
         object.add("kind", kind->name);
@@ -233,7 +232,7 @@ void addDatasetOptions(const cli::Command& command, CommandLine& line, const std
 }
 
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
-                const JobResources& resources, const ServedJob& served) {
+                const JobResources& resources, const ServedJob& served, const JsonObject& said) {
     const auto begin = std::chrono::steady_clock::now();
     auto ranks = joinRanks(line.signal);
     if (!ranks.ok()) return fail(line, ranks.error());
@@ -249,7 +248,7 @@ int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const
     if (!outcome.ok()) return fail(line, outcome.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     if (line.json) {
-        printJson(*outcome, seconds.count());
+        printJson(*outcome, seconds.count(), said);
     } else if (!line.quiet) {
         printText(*outcome, seconds.count());
     }

@@ -29,6 +29,8 @@ struct CommandLine {
 
 /// The subcommands that make nothing; those of jobs are in job_kinds.h.
 void addLookCommand(const cli::Command& program, CommandLine& line);
+/// This one makes what it chooses itself.
+void addAutoCommand(const cli::Command& program, CommandLine& line);
 void addInfoCommand(const cli::Command& program, CommandLine& line);
 void addVerifyCommand(const cli::Command& program, CommandLine& line);
 void addJobCommand(const cli::Command& program, CommandLine& line);
@@ -70,9 +72,9 @@ struct ServedJob {
     std::string draft;             ///< not empty: OUTPUT is made as OUTPUT.partial-DRAFT/NAME, and left there
 };
 
-/// Runs a job with a progress bar, then prints what it made.
+/// Runs a job with a progress bar, then prints what it made. `said`: what the object of --json begins with.
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
-                const JobResources& resources, const ServedJob& served = {});
+                const JobResources& resources, const ServedJob& served = {}, const JsonObject& said = {});
 
 /// Prints the error on stderr; 2 for wrong usage, 75 (EX_TEMPFAIL) if the error passes, 128 + signal where
 /// one came, else 1.

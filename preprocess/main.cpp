@@ -50,12 +50,12 @@ int run(int argc, char** argv) {
     const prep::CancelSignal signal;
     prep::CommandLine line{signal};
     const cli::Program commandLine(
-        "Prepares particle runs and volumes for viewing: makes, checks and exports datasets.", "mote-prep",
-        "mote-prep " MOTE_VERSION);
+        "Prepares particle runs and volumes for viewing: makes, checks and exports datasets.", "mote-prep");
     const auto program = commandLine.command();
     program.requireOneSubcommand();
     program.footer(examples);
     for (const auto* kind : prep::jobKinds) kind->addCommand(program, line);
+    prep::addAutoCommand(program, line);
     prep::addLookCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);

@@ -15,31 +15,6 @@ using storage::MeshEdge;
 
 const double leastSmooth = std::cos(40.0 * 3.14159265358979323846 / 180.0);
 
-/// One side of a triangle, by the edge it lies at.
-struct Side {
-    std::uint32_t low, high;  ///< vertices
-    std::uint32_t triangle;
-    std::uint32_t corner;  ///< where the side begins
-
-    friend bool operator<(const Side& a, const Side& b) {
-        return std::tie(a.low, a.high, a.triangle, a.corner) < std::tie(b.low, b.high, b.triangle, b.corner);
-    }
-    bool sameEdge(const Side& other) const { return low == other.low && high == other.high; }
-};
-
-std::vector<Side> sortedSides(const std::vector<Triangle>& triangles) {
-    std::vector<Side> sides;
-    sides.reserve(3 * triangles.size());
-    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-        for (std::uint32_t i = 0; i < 3; ++i) {
-            const auto [low, high] = std::minmax(triangles[t][i], triangles[t][(i + 1) % 3]);
-            sides.push_back({low, high, t, i});
-        }
-    }
-    std::sort(sides.begin(), sides.end());
-    return sides;
-}
-
 glm::dvec3 edgeVector(const TriangleMesh& mesh, const Triangle& triangle, std::uint32_t from,
                       std::uint32_t to) {
     return glm::dvec3(mesh.positions[triangle[to % 3]]) - glm::dvec3(mesh.positions[triangle[from % 3]]);
@@ -109,16 +84,6 @@ void keepNormalsFinite(const std::vector<glm::dvec3>& normals, storage::SurfaceM
     }
 }
 
-void addEdges(const TriangleNeighbours& neighbours, storage::SurfaceMesh& made) {
-    for (std::uint32_t t = 0; t < made.triangles.size(); ++t) {
-        for (std::uint32_t i = 0; i < 3; ++i) {
-            const auto other = neighbours[t][i];
-            if (other < t) continue;
-            made.edges.push_back({{made.triangles[t][i], made.triangles[t][(i + 1) % 3]}, {t, other}});
-        }
-    }
-}
-
 /// Parts numbered in the order of their first triangles; empty where there is but one.
 std::vector<std::uint32_t> numberedParts(const std::vector<std::uint32_t>& parts) {
     std::map<std::uint32_t, std::uint32_t> numbers;
@@ -131,23 +96,6 @@ std::vector<std::uint32_t> numberedParts(const std::vector<std::uint32_t>& parts
 }
 
 }  // namespace
-
-TriangleNeighbours findNeighbours(const std::vector<Triangle>& triangles) {
-    TriangleNeighbours neighbours(triangles.size(), {MeshEdge::none, MeshEdge::none, MeshEdge::none});
-    const auto sides = sortedSides(triangles);
-    for (std::size_t begin = 0; begin < sides.size();) {
-        std::size_t end = begin + 1;
-        while (end < sides.size() && sides[end].sameEdge(sides[begin])) ++end;
-        if (end - begin == 2) {
-            const auto& a = sides[begin];
-            const auto& b = sides[begin + 1];
-            neighbours[a.triangle][a.corner] = b.triangle;
-            neighbours[b.triangle][b.corner] = a.triangle;
-        }
-        begin = end;
-    }
-    return neighbours;
-}
 
 TriangleNeighbours neighboursOf(const storage::SurfaceMesh& mesh) {
     TriangleNeighbours neighbours(mesh.triangles.size(), {MeshEdge::none, MeshEdge::none, MeshEdge::none});
@@ -196,7 +144,7 @@ storage::SurfaceMesh makeSurfaceMesh(const TriangleMesh& mesh) {
     made.normals.reserve(sums.size());
     for (const auto& sum : sums) made.normals.emplace_back(glm::normalize(sum));
     keepNormalsFinite(normals, made);
-    addEdges(neighbours, made);
+    made.edges = storage::edgesOf(made.triangles, neighbours);
     made.parts = numberedParts(mesh.parts);
     return made;
 }

@@ -7,17 +7,14 @@
 #include <vector>
 
 #include "preprocess/mesh/triangle_mesh.h"
-#include "storage/mesh/surface_mesh.h"
+#include "storage/mesh/triangle_neighbours.h"
 
 namespace mote::prep {
 
-/// The triangle on the other side of each triangle's edge from corner i to corner i + 1; MeshEdge::none at a
-/// border and where more than two meet.
-using TriangleNeighbours = std::vector<std::array<std::uint32_t, 3>>;
+using storage::findNeighbours;
+using storage::TriangleNeighbours;
 
-TriangleNeighbours findNeighbours(const std::vector<Triangle>& triangles);
-
-/// The same from the edges of a dataset's mesh.
+/// Neighbours from the edges of a dataset's mesh.
 TriangleNeighbours neighboursOf(const storage::SurfaceMesh& mesh);
 
 /// The dataset's mesh: a vertex becomes several where its triangles fall into groups that meet at no edge, or
