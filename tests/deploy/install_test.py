@@ -14,7 +14,7 @@ import unittest
 
 BUILD = pathlib.Path(sys.argv.pop(1))
 PREFIX = "/usr/local"
-PROGRAMS = ("mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view")
+PROGRAMS = ("mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
 
 
 class Install(unittest.TestCase):

@@ -13,7 +13,7 @@ import unittest
 
 BIN = pathlib.Path(sys.argv.pop(2))
 MANUAL = pathlib.Path(sys.argv.pop(1))
-PROGRAMS = ("mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view")
+PROGRAMS = ("mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
 OPTION = re.compile(r"^ +(?:-\w,)?(--[a-z-]+)", re.MULTILINE)
 FOOTER = re.compile(r"\n(Examples?:|Pictures are|Mouse:)")
 

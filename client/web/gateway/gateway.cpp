@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/web/gateway/gateway.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+
+#include <fmt/format.h>
+#include <cstdio>
+#include <functional>
+#include <list>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "client/web/gateway/bridge.h"
+#include "protocol/scene/complain.h"
+
+namespace mote::web {
+namespace {
+
+namespace net = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+using Acceptor = net::basic_socket_acceptor<net::generic::stream_protocol>;
+
+/// What a connection keeps on its way to a browser that does not read, bytes, beside a piece of a message.
+constexpr int mostUnsent = 256 << 10;
+constexpr std::chrono::milliseconds acceptPause{50}, endPatience{1000}, endPause{20};
+
+using Request = boost::beast::http::request<boost::beast::http::string_body>;
+using Response = boost::beast::http::response<boost::beast::http::string_body>;
+
+/// The greatest head and body of a request, bytes.
+constexpr std::uint32_t mostHead = 16U << 10;
+constexpr std::uint64_t mostBody = 4U << 10;
+
+/// A request that becomes a WebSocket of this role.
+struct Upgrade {
+    Role role = Role::nobody;
+};
+
+struct Answered {
+    std::variant<Response, Upgrade> with;
+    Role role = Role::nobody;  ///< that the request has shown
+};
+
+std::string_view textOf(boost::beast::string_view text) {
+    return {text.data(), text.size()};
+}
+
+std::string_view fieldOf(const Request& request, boost::beast::string_view name) {
+    return textOf(request[name]);
+}
+
+/// Of "PATH?a=b&token=...": the path, and the token; empty where there is none.
+struct Target {
+    std::string_view path, token;
+};
+
+Target targetOf(const Request& request) {
+    const auto target = textOf(request.target());
+    const auto mark = target.find('?');
+    Target found{target.substr(0, mark), {}};
+    auto rest = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
+    while (!rest.empty()) {
+        const auto end = rest.find('&');
+        const auto pair = rest.substr(0, end);
+        if (pair.starts_with("token=")) found.token = pair.substr(6);
+        rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+    }
+    return found;
+}
+
+/// Says how what we send may be used, whatever it is.
+void guard(Response& response, const Access& access, std::string_view host) {
+    response.set(http::field::server, "mote-web");
+    response.set("Content-Security-Policy", access.policy(host));
+    response.set("X-Content-Type-Options", "nosniff");
+    response.set("Referrer-Policy", "no-referrer");
+    response.set("Cross-Origin-Opener-Policy", "same-origin");
+    response.set("Cross-Origin-Resource-Policy", "same-origin");
+    response.set("Permissions-Policy", "camera=(), geolocation=(), microphone=()");
+    if (access.settings().frameAncestors.empty()) response.set("X-Frame-Options", "SAMEORIGIN");
+}
+
+Caller callerOf(const Request& request) {
+    return {fieldOf(request, "Host"), fieldOf(request, "Origin"), fieldOf(request, "X-Forwarded-Host"),
+            fieldOf(request, "Cookie")};
+}
+
+Response sentence(http::status status, std::string_view text, unsigned version, const Access& access) {
+    Response response(status, version);
+    guard(response, access, {});
+    response.set(http::field::content_type, "text/plain; charset=utf-8");
+    response.set(http::field::cache_control, "no-store");
+    response.body() = std::string(text) + "\n";
+    return response;
+}
+
+bool accepts(const Request& request, std::string_view coding) {
+    return http::token_list(request[http::field::accept_encoding]).exists({coding.data(), coding.size()});
+}
+
+Response fileResponse(const Request& request, const PageFile& file, const Access& access) {
+    Response response(http::status::ok, request.version());
+    guard(response, access, fieldOf(request, "Host"));
+    response.set(http::field::content_type, file.type);
+    response.set(http::field::etag, file.tag);
+    response.set(http::field::cache_control, "private, no-cache");
+    response.set(http::field::vary, "Accept-Encoding, Cookie");
+    if (fieldOf(request, "If-None-Match") == file.tag) {
+        response.result(http::status::not_modified);
+        return response;
+    }
+    if (!file.brotli.empty() && accepts(request, "br")) {
+        response.set(http::field::content_encoding, "br");
+        response.body() = file.brotli;
+    } else if (!file.gzip.empty() && accepts(request, "gzip")) {
+        response.set(http::field::content_encoding, "gzip");
+        response.body() = file.gzip;
+    } else {
+        response.body() = file.plain;
+    }
+    return response;
+}
+
+/// A link for another browser, as JSON.
+Response linkResponse(const Request& request, Access& access, Role role) {
+    if (role != Role::owner || !access.knowsOrigin(callerOf(request)))
+        return sentence(http::status::forbidden, "Only its owner's page gives links.", request.version(),
+                        access);
+    const auto wanted = request.body() == "owner" ? Role::owner : Role::follower;
+    Response response(http::status::ok, request.version());
+    guard(response, access, fieldOf(request, "Host"));
+    response.set(http::field::content_type, "application/json");
+    response.set(http::field::cache_control, "no-store");
+    response.body() = "{\"token\":\"" + access.makeToken(wanted) + "\"}";
+    return response;
+}
+
+Response refusal(const Request& request, std::string_view token, const Access& access) {
+    const std::string_view why = token.empty() ? "This page opens by a link with a token: mote-web prints it."
+                                               : "This link was used before, or is none: ask for another.";
+    return sentence(http::status::forbidden, why, request.version(), access);
+}
+
+Answered upgradeOf(const Request& request, const Access& access, Role role) {
+    if (!access.knowsOrigin(callerOf(request)))
+        return {sentence(http::status::forbidden, "This page is not ours.", request.version(), access), role};
+    return {Upgrade{role}, role};
+}
+
+/// What a request is answered with; `tokenUsed` is called where an owner's token was used up.
+Answered answer(const Request& request, Access& access, const PageFiles& page,
+                const std::function<void()>& tokenUsed) {
+    const auto version = request.version();
+    const auto caller = callerOf(request);
+    if (!access.knowsHost(caller.host))
+        return {sentence(http::status::forbidden, "This is not the name of this server: see --origin.",
+                         version, access)};
+    const auto [path, token] = targetOf(request);
+    auto role = access.roleOf(caller);
+    const auto below = access.pathBelowBase(path);
+    // Whoever has a cookie keeps what it gives; the token then stays good for somebody else.
+    std::string cookie;
+    const bool get = request.method() == http::verb::get;
+    if (role == Role::nobody && get && below == "/" && !token.empty()) {
+        role = access.useToken(token);
+        if (role != Role::nobody)
+            cookie = access.cookie(role, fieldOf(request, "X-Forwarded-Proto") == "https");
+        if (role == Role::owner) tokenUsed();
+        if (role == Role::owner && access.settings().readOnly) role = Role::follower;
+    }
+    if (role == Role::nobody) return {refusal(request, token, access)};
+    if (!below) {
+        auto moved = sentence(http::status::permanent_redirect, "It is a folder.", version, access);
+        moved.set(http::field::location, access.settings().basePath);
+        return {std::move(moved), role};
+    }
+    if (*below == "/link" && request.method() == http::verb::post)
+        return {linkResponse(request, access, role), role};
+    if (!get && request.method() != http::verb::head)
+        return {sentence(http::status::method_not_allowed, "There is GET and HEAD.", version, access), role};
+    if (*below == "/ws") {
+        if (boost::beast::websocket::is_upgrade(request)) return upgradeOf(request, access, role);
+        return {sentence(http::status::upgrade_required, "This is a WebSocket.", version, access), role};
+    }
+    const auto found = page.find(*below == "/" ? std::string_view("index.html") : below->substr(1));
+    if (found == page.end())
+        return {sentence(http::status::not_found, "There is no such file.", version, access), role};
+    auto response = fileResponse(request, found->second, access);
+    if (!cookie.empty()) response.set(http::field::set_cookie, cookie);
+    if (*below == "/") response.set(http::field::cache_control, "no-store");
+    return {std::move(response), role};
+}
+
+/// One browser's connection.
+struct Visit {
+    explicit Visit(BrowserStream::socket_type socket) : stream(std::move(socket)) {}
+
+    void close() {
+        if (socket) return beast::get_lowest_layer(*socket).close();
+        stream.close();
+    }
+
+    BrowserStream stream;
+    std::optional<WebSocket> socket;  ///< once it is one: it has the stream then
+    bool known = false;               ///< it has shown a cookie
+    bool dropped = false;             ///< for another that came
+};
+
+using Visits = std::list<std::shared_ptr<Visit>>;
+
+/// The address of a socket that listens, as a URL has it.
+std::string hostOf(const net::ip::tcp::endpoint& endpoint) {
+    const auto address = endpoint.address();
+    return address.is_v6() ? fmt::format("[{}]:{}", address.to_string(), endpoint.port())
+                           : fmt::format("{}:{}", address.to_string(), endpoint.port());
+}
+
+Error listenError(const std::string& where, const error_code& code) {
+    return {ErrorCode::internal, "--listen",
+            fmt::format("nobody can listen at {}: {}", where, code.message())};
+}
+
+}  // namespace
+
+struct Gateway::Impl {
+    explicit Impl(GatewaySettings given)
+        : settings(std::move(given)),
+          access(settings.access),
+          acceptor(context),
+          wish(context),
+          pause(context) {}
+
+    Status listenUnix() {
+        const auto& path = settings.listen.path;
+        // A socket that a dead one left is in the way; anything else stays.
+        struct stat found {};
+        if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
+        error_code code;
+        const auto before = ::umask(0177);
+        net::local::stream_protocol::acceptor local(context);
+        local.open(net::local::stream_protocol(), code);
+        if (!code) local.bind(net::local::stream_protocol::endpoint(path), code);
+        ::umask(before);
+        if (code) return listenError(path, code);
+        return take(local.release(code), net::generic::stream_protocol(AF_UNIX, 0), path);
+    }
+
+    Status listenTcp() {
+        error_code code;
+        const auto address = net::ip::make_address(settings.listen.host, code);
+        if (code) return invalid("--listen", settings.listen.host + " is no number of a host");
+        const net::ip::tcp::endpoint wanted(address, settings.listen.port);
+        net::ip::tcp::acceptor tcp(context);
+        tcp.open(wanted.protocol(), code);
+        if (!code) tcp.set_option(net::ip::tcp::acceptor::reuse_address(true), code);
+        if (!code) tcp.bind(wanted, code);
+        if (code) return listenError(settings.listen.toString(), code);
+        origin = hostOf(tcp.local_endpoint(code));
+        auto own = settings.access;
+        own.hosts.push_back(origin);
+        access = Access(std::move(own));
+        return take(tcp.release(code), net::generic::stream_protocol(wanted.protocol()), origin);
+    }
+
+    Status take(int descriptor, net::generic::stream_protocol protocol, const std::string& where) {
+        error_code code;
+        acceptor.assign(protocol, descriptor, code);
+        if (!code) acceptor.listen(1024, code);
+        if (code) return listenError(where, code);
+        return success();
+    }
+
+    net::awaitable<void> acceptAll() {
+        while (true) {
+            error_code code;
+            auto socket = co_await acceptor.async_accept(into(code));
+            if (ending) co_return;
+            if (code) {
+                // No descriptor is left: those make room that have waited longest.
+                dropOldestWaiting();
+                pause.expires_after(acceptPause);
+                co_await pause.async_wait(into(code));
+                continue;
+            }
+            if (waiting >= settings.mostWaiting) dropOldestWaiting();
+            ++waiting;
+            const auto place = visits.insert(visits.end(), std::make_shared<Visit>(std::move(socket)));
+            net::co_spawn(
+                context, [this, place] { return receive(place); },
+                [this, place](const std::exception_ptr& failure) {
+                    if (failure) tell(failure);
+                    if ((*place)->known) {
+                        --known;
+                    } else {
+                        --waiting;
+                    }
+                    visits.erase(place);
+                });
+        }
+    }
+
+    static void tell(const std::exception_ptr& failure) {
+        try {
+            std::rethrow_exception(failure);
+        } catch (const std::exception& error) {
+            complain("mote-web", error.what());
+        }
+    }
+
+    void dropOldestWaiting() {
+        for (const auto& each : visits) {
+            if (each->known || each->dropped) continue;
+            each->dropped = true;
+            each->close();
+            return;
+        }
+    }
+
+    /// The role that it has shown counts from now on.
+    bool welcome(Visit& visit, Role role) {
+        if (role == Role::nobody || visit.known) return true;
+        if (known >= settings.mostKnown) return false;
+        visit.known = true;
+        --waiting;
+        ++known;
+        return true;
+    }
+
+    net::awaitable<void> receive(Visits::iterator place) {
+        const auto visit = *place;
+        limitUnsent(visit->stream.socket());
+        beast::flat_buffer buffer(mostHead + mostBody);
+        while (true) {
+            error_code code;
+            http::request_parser<http::string_body> parser;
+            parser.header_limit(mostHead);
+            parser.body_limit(mostBody);
+            visit->stream.expires_after(settings.requestTime);
+            co_await http::async_read(visit->stream, buffer, parser, into(code));
+            if (code) co_return;
+            const auto request = parser.release();
+            auto answered = answer(request, access, settings.page, [this] { tellLink(); });
+            if (!welcome(*visit, answered.role))
+                answered.with = sentence(http::status::service_unavailable,
+                                         "Too many browsers are here already.", request.version(), access);
+            if (std::holds_alternative<Upgrade>(answered.with)) {
+                co_await bridge(*visit, request, std::get<Upgrade>(answered.with).role);
+                co_return;
+            }
+            if (!co_await send(*visit, std::get<Response>(answered.with), request)) co_return;
+        }
+    }
+
+    net::awaitable<bool> send(Visit& visit, Response& response, const Request& request) {
+        error_code code;
+        response.keep_alive(request.keep_alive());
+        response.prepare_payload();
+        if (request.method() == http::verb::head) response.body().clear();
+        visit.stream.expires_after(settings.requestTime);
+        co_await http::async_write(visit.stream, response, into(code));
+        co_return !code && response.keep_alive();
+    }
+
+    net::awaitable<void> bridge(Visit& visit, const Request& request, Role role) {
+        visit.stream.expires_never();
+        auto& socket = visit.socket.emplace(std::move(visit.stream));
+        beast::websocket::stream_base::timeout patience{settings.requestTime, settings.silence, true};
+        socket.set_option(patience);
+        socket.set_option(
+            beast::websocket::stream_base::decorator([](beast::websocket::response_type& response) {
+                response.set(http::field::server, "mote-web");
+                response.set(http::field::sec_websocket_protocol, "mote.1");
+            }));
+        socket.auto_fragment(false);
+        socket.binary(true);
+        error_code code;
+        co_await socket.async_accept(request, into(code));
+        if (code) co_return;
+        socket.text(true);
+        const std::string words = role == Role::owner ? R"({"role":"owner"})" : R"({"role":"follower"})";
+        co_await socket.async_write(net::buffer(words), into(code));
+        socket.binary(true);
+        if (code) co_return;
+        BridgeSettings way;
+        way.connectionFile = settings.connectionFile;
+        way.role = role;
+        co_await runBridge(socket, std::move(way));
+    }
+
+    /// What the kernel keeps for a browser is bounded: the server is to know soon that it does not read.
+    template <class Socket>
+    static void limitUnsent(Socket& socket) {
+        error_code ignored;
+        socket.set_option(net::detail::socket_option::integer<IPPROTO_TCP, TCP_NODELAY>(1), ignored);
+        socket.set_option(net::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(mostUnsent),
+                          ignored);
+    }
+
+    std::string link(Role role) {
+        const auto base = settings.access.origins.empty()
+                              ? "http://" + (origin.empty() ? "localhost" : origin)
+                              : settings.access.origins.front();
+        const auto token = settings.access.trusting ? std::string() : "?token=" + access.makeToken(role);
+        return base + settings.access.basePath + token;
+    }
+
+    /// The link is good once: the next browser needs another.
+    void tellLink() { tellLine("link " + link(Role::owner)); }
+
+    static void tellLine(const std::string& line) {
+        fmt::print("{}\n", line);
+        std::fflush(stdout);
+    }
+
+    GatewaySettings settings;
+    net::io_context context{1};
+    Access access;
+    Acceptor acceptor;
+    net::posix::stream_descriptor wish;
+    net::steady_timer pause;
+    std::string origin;  ///< of TCP: HOST:PORT
+    Visits visits;
+    std::size_t waiting = 0, known = 0;
+    bool ending = false;
+};
+
+Gateway::Gateway(GatewaySettings settings) : impl_(std::make_unique<Impl>(std::move(settings))) {}
+
+Gateway::~Gateway() = default;
+
+Status Gateway::listen() {
+    return impl_->settings.listen.kind == wire::Address::Kind::unixSocket ? impl_->listenUnix()
+                                                                          : impl_->listenTcp();
+}
+
+std::string Gateway::link(Role role) {
+    return impl_->link(role);
+}
+
+std::string Gateway::place() const {
+    return impl_->origin.empty() ? impl_->settings.listen.path : impl_->origin;
+}
+
+void Gateway::run(int descriptor) {
+    auto& impl = *impl_;
+    impl.wish.assign(::dup(descriptor));
+    impl.wish.async_wait(net::posix::stream_descriptor::wait_read, [&impl](const error_code&) {
+        impl.ending = true;
+        error_code ignored;
+        impl.acceptor.close(ignored);
+        impl.pause.cancel();
+        for (const auto& visit : impl.visits) visit->close();
+    });
+    net::co_spawn(
+        impl.context, [&impl] { return impl.acceptAll(); }, net::detached);
+    while (!impl.ending) impl.context.run_one();
+    const auto last = std::chrono::steady_clock::now() + endPatience;
+    while (!impl.visits.empty() && std::chrono::steady_clock::now() < last)
+        impl.context.run_one_for(endPause);
+    if (impl.settings.listen.kind == wire::Address::Kind::unixSocket)
+        ::unlink(impl.settings.listen.path.c_str());
+}
+
+}  // namespace mote::web

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The list of datasets: what there is, a small picture of each, a search.
+import type {Catalogue_Entry} from './generated/protocol/mote_pb';
+import {amount, h, iconButton, tell} from './dom';
+import {layerKinds, type Model} from './model';
+
+const kindNames: Record<string, string> = {
+    particles: 'particles', hybrid: 'volume', stipple: 'stipples', mesh: 'mesh', image: 'image',
+};
+
+function aboutOf(entry: Catalogue_Entry): string {
+    const parts = [entry.kind === 'particles' && entry.particles > 0n ? `${amount(Number(entry.particles))} particles`
+                                                                      : kindNames[entry.kind] ?? entry.kind];
+    if (entry.steps > 1) parts.push(`${entry.steps} steps`);
+    return parts.join(' · ');
+}
+
+export class CatalogueList {
+    /// Puts a small picture of a dataset into a canvas, some time.
+    onThumbnail: (entry: Catalogue_Entry, place: HTMLCanvasElement) => void = () => {};
+    private readonly list = h('ul', {class: 'datasets'});
+    private readonly search = h('input', {type: 'search', placeholder: 'Search datasets', 'aria-label': 'Search datasets'});
+    private readonly thumbnails = new Map<string, HTMLCanvasElement>();
+
+    constructor(place: HTMLElement, private readonly model: Model) {
+        this.search.addEventListener('input', () => this.draw());
+        place.append(h('div', {class: 'search'}, this.search), this.list);
+    }
+
+    draw(): void {
+        const words = this.search.value.toLowerCase().split(/\s+/);
+        const found = this.model.catalogue.filter((entry) => {
+            const text = `${entry.name} ${entry.title} ${entry.kind}`.toLowerCase();
+            return layerKinds(entry.kind).length > 0 && words.every((word) => text.includes(word));
+        });
+        const none = this.model.catalogue.length > 0 ? 'Nothing is called so.' : 'There are no datasets here yet.';
+        this.list.replaceChildren(...found.map((entry) => this.item(entry)),
+                                  ...(found.length === 0 ? [h('li', {class: 'none'}, none)] : []));
+        this.mark();
+    }
+
+    /// Which ones are shown.
+    mark(): void {
+        const shown = new Set(this.model.view.layers.map((layer) => layer.dataset));
+        for (const item of this.list.querySelectorAll<HTMLElement>('li[data-name]')) {
+            const is = shown.has(item.dataset.name!);
+            item.classList.toggle('shown', is);
+            if (is) item.firstElementChild!.setAttribute('aria-current', 'true');
+            else item.firstElementChild!.removeAttribute('aria-current');
+        }
+    }
+
+    private item(entry: Catalogue_Entry): HTMLElement {
+        const act = (work: Promise<void>) => work.catch((error) => tell(String(error.message), true));
+        const name = entry.name.slice(entry.name.indexOf('/') + 1);
+        const choose = h('button', {type: 'button', class: 'dataset', title: entry.title || entry.name,
+                                    onclick: () => act(this.model.open(entry))},
+                         this.thumbnail(entry), h('span', {class: 'name'}, name), h('span', {class: 'about'}, aboutOf(entry)));
+        const add = iconButton('plus', `Add ${name} to the picture`, () => act(this.model.add(entry)));
+        add.classList.add('add');
+        const item = h('li', {}, choose, add);
+        item.dataset.name = entry.name;
+        return item;
+    }
+
+    private thumbnail(entry: Catalogue_Entry): HTMLCanvasElement {
+        const made = this.thumbnails.get(entry.name);
+        if (made) return made;
+        const canvas = h('canvas', {class: 'thumbnail', width: 116, height: 84, 'aria-hidden': 'true'});
+        this.thumbnails.set(entry.name, canvas);
+        this.onThumbnail(entry, canvas);
+        return canvas;
+    }
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The look of what is shown: a section for each layer, and what the whole picture has: background, annotations, the
+// direction from which it is seen.
+import {create, type DescField, type Message} from '@bufbuild/protobuf';
+import {lookFrom, toggleProjection} from './camera';
+import {h, iconButton} from './dom';
+import {AnnotationsSchema, CameraSchema, ColorBySchema, LayerSchema, ViewSchema, type Layer, type Manifest} from
+    './generated/protocol/mote_pb';
+import {layerKinds, type LayerKind, type Model} from './model';
+import {messagePanel, type PanelSettings, type Place} from './panel';
+
+/// What particles have numbers of besides their columns, of docs/NUMBERS.md.
+const derived = ['r', 'theta', 'xp', 'yp', 'p', 'pr', 'delta', 'gamma', 'energy', 'zeta', 'tau'];
+
+export const columnsOf = (manifest: Manifest | undefined): string[] => {
+    const columns = manifest?.particles?.columns.map((column) => column.name) ?? [];
+    return columns.length > 0 ? [...new Set([...columns, ...derived])] : [];
+};
+
+export class LayerPanels {
+    constructor(private readonly place: HTMLElement, private readonly model: Model) {}
+
+    draw(): void {
+        const {layers} = this.model.view;
+        this.place.replaceChildren(...layers.map((layer, index) => this.layer(layer, index)),
+                                   ...(layers.length > 0 ? [this.picture(), this.camera()] : []));
+    }
+
+    private settings(layer: Layer): PanelSettings {
+        const manifest = this.model.manifests.get(layer.dataset);
+        return {
+            changed: (moving) => this.model.wanted(moving),
+            words: (field) => field.name === 'column' ? columnsOf(manifest) : undefined,
+            domain: (field) => domainOf(field, layer, manifest),
+        };
+    }
+
+    private layer(layer: Layer, index: number): HTMLElement {
+        const manifest = this.model.manifests.get(layer.dataset);
+        const settings = this.settings(layer);
+        const kindField = LayerSchema.oneofs.find((oneof) => oneof.name === 'kind')!
+            .fields.find((field) => field.localName === layer.kind.case)!;
+        const style: Place = {get: () => layer.kind.value as Message | undefined, make: () => layer.kind.value as Message};
+        const whole: Place = {get: () => layer, make: () => layer};
+        const rows = [messagePanel(kindField.message!, style, settings),
+                      messagePanel(LayerSchema, whole, {...settings, skip: ['transform']})];
+        if (manifest?.particles && columnsOf(manifest).length > 0) rows.push(this.colorBy(layer, settings));
+        const name = layer.dataset.slice(layer.dataset.indexOf('/') + 1);
+        const remove = this.model.view.layers.length > 1
+            && iconButton('close', `Remove ${name}`, () => this.model.remove(index));
+        return h('section', {class: 'section', 'aria-label': name}, h('h2', {}, h('span', {}, name), remove),
+                 this.kind(layer, manifest), ...rows);
+    }
+
+    private kind(layer: Layer, manifest: Manifest | undefined): HTMLElement | undefined {
+        const kinds = layerKinds(manifest?.kind ?? '');
+        if (kinds.length < 2) return undefined;
+        const select = h('select', {'aria-label': 'Drawn as'},
+                         ...kinds.map((kind) => h('option', {value: kind}, kind === 'ink' ? 'pen and ink' : kind)));
+        select.value = layer.kind.case ?? '';
+        select.addEventListener('change', () => {
+            const kind = select.value as LayerKind;
+            layer.kind = create(LayerSchema, {kind: {case: kind, value: {}} as never}).kind;
+            this.model.wanted();
+            this.model.onLayers();
+        });
+        return h('div', {class: 'row'}, h('label', {}, 'Drawn as'), select);
+    }
+
+    private colorBy(layer: Layer, settings: PanelSettings): HTMLElement {
+        const place: Place = {get: () => layer.colorBy, make: () => layer.colorBy ??= create(ColorBySchema)};
+        const changed = (moving: boolean) => {
+            if (layer.colorBy && !layer.colorBy.column) layer.colorBy = undefined;
+            settings.changed(moving);
+        };
+        return h('details', {class: 'group', open: !!layer.colorBy}, h('summary', {}, 'Colour by'),
+                 messagePanel(ColorBySchema, place, {...settings, changed}));
+    }
+
+    private picture(): HTMLElement {
+        const {view} = this.model;
+        const changed = (moving: boolean) => this.model.wanted(moving);
+        const whole: Place = {get: () => view, make: () => view};
+        const annotations: Place = {get: () => view.annotations,
+                                    make: () => view.annotations ??= create(AnnotationsSchema)};
+        return h('section', {class: 'section', 'aria-label': 'Picture'}, h('h2', {}, h('span', {}, 'Picture')),
+                 messagePanel(ViewSchema, whole, {changed}), messagePanel(AnnotationsSchema, annotations, {
+                     changed, skip: ['print_width']}));
+    }
+
+    private camera(): HTMLElement {
+        const sides = ['x', 'y', 'z'].flatMap((axis, i) => [true, false].map((positive) => {
+            const name = (positive ? '+' : '−') + axis;
+            return h('button', {type: 'button', class: 'button', 'aria-label': `Look from ${name}`, onclick: () => {
+                if (this.model.camera) this.model.setCamera(lookFrom(this.model.camera, i, positive));
+            }}, name);
+        }));
+        const place: Place = {get: () => this.model.camera, make: () => this.model.camera ??= create(CameraSchema)};
+        return h('section', {class: 'section', 'aria-label': 'Camera'}, h('h2', {}, h('span', {}, 'Camera')),
+                 messagePanel(CameraSchema, place, {changed: (moving) => this.model.wanted(moving),
+                                                    skip: ['orthographic_height']}),
+                 h('div', {class: 'buttons'}, ...sides, h('button', {type: 'button', class: 'button', onclick: () => {
+                     if (this.model.camera) this.model.setCamera(toggleProjection(this.model.camera));
+                 }}, 'Projection')));
+    }
+}
+
+/// Over what a curve goes: the scaled log density of particles, the values of a volume.
+function domainOf(field: DescField, layer: Layer, manifest: Manifest | undefined) {
+    const first = field.fieldKind === 'list' && field.listKind === 'message' ? field.message.fields[0].name : '';
+    if (first === 'density' || (first === 'value' && manifest?.particles)) {
+        const step = manifest?.particles?.steps[layer.step];
+        return {from: 0, to: 1, unit: '', histogram: (step?.densityHistogram ?? []).map(Number)};
+    }
+    const volume = manifest?.hybrid;
+    if (first !== 'value' || !volume) return undefined;
+    const histogram = (volume.steps[layer.step] ?? volume.steps[0])?.histogram.map(Number) ?? [];
+    return {from: volume.valueMin, to: volume.valueMax, unit: volume.valueUnit, histogram};
+}

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Which particles are meant: drawn round on the picture, or between two values of a column. They are shown over the
+// others or alone, and the numbers beside are theirs.
+import {clone, create} from '@bufbuild/protobuf';
+import {h, icon, tell, trimmed} from './dom';
+import {HighlightSchema, SelectionSchema, type Selection} from './generated/protocol/mote_pb';
+import type {Gestures, Point} from './gestures';
+import {columnsOf} from './layers';
+import type {Model} from './model';
+
+const mostCorners = 400;
+
+export class SelectionPanel {
+    onChange: () => void = () => {};
+    private readonly place = h('section', {class: 'section', 'aria-label': 'Selection'});
+    private drawing = false;
+
+    constructor(private readonly model: Model, private readonly gestures: Gestures, private readonly stage: HTMLElement,
+                private readonly marks: HTMLCanvasElement) {}
+
+    get element(): HTMLElement {
+        return this.place;
+    }
+
+    /// What is selected of the first layer.
+    get selection(): Selection | undefined {
+        return this.model.layer?.select ?? this.model.layer?.highlight?.selection;
+    }
+
+    draw(): void {
+        const {layer, manifest} = this.model;
+        this.place.hidden = layer?.kind.case !== 'particles';
+        if (this.place.hidden || !layer) return;
+        const chosen = this.selection;
+        const alone = h('input', {type: 'checkbox', class: 'switch', role: 'switch', id: 'alone', checked: !!layer.select});
+        alone.addEventListener('change', () => this.show(chosen!, alone.checked));
+        const lasso = h('button', {type: 'button', class: 'button', id: 'lasso', 'aria-pressed': this.drawing,
+                                   onclick: () => this.toggleLasso()}, icon('lasso'), 'Lasso');
+        const clear = h('button', {type: 'button', class: 'button', disabled: !chosen, onclick: () => this.clear()}, 'Clear');
+        this.place.replaceChildren(
+            h('h2', {}, h('span', {}, 'Selection')),
+            h('p', {class: 'note'}, chosen ? this.words(chosen) : 'All particles.'),
+            ...(columnsOf(manifest).length > 0 ? [this.range()] : []),
+            h('div', {class: 'buttons'}, lasso, clear),
+            ...(chosen ? [h('div', {class: 'row'}, h('label', {for: 'alone'}, 'These alone'), alone)] : []));
+    }
+
+    private words(selection: Selection): string {
+        if (selection.lasso) return `Surrounded by a line of ${selection.lasso.points.length} corners.`;
+        const range = selection.ranges[0];
+        if (range) return `${range.column} from ${trimmed(range.min ?? -Infinity)} to ${trimmed(range.max ?? Infinity)}.`;
+        return 'Chosen by the view.';
+    }
+
+    private range(): HTMLElement {
+        const {manifest} = this.model;
+        const column = h('select', {'aria-label': 'Column of the range'},
+                         ...columnsOf(manifest).map((name) => h('option', {value: name}, name)));
+        const [least, most] = ['From', 'To'].map((name) => h('input', {type: 'number', step: 'any', 'aria-label': name,
+                                                                       placeholder: name.toLowerCase()}));
+        const range = this.selection?.ranges[0];
+        if (range) {
+            column.value = range.column;
+            least.value = range.min === undefined ? '' : trimmed(range.min);
+            most.value = range.max === undefined ? '' : trimmed(range.max);
+        }
+        const apply = () => {
+            const [min, max] = [least, most].map((input) => input.value === '' ? undefined : Number(input.value));
+            if (min === undefined && max === undefined) return;
+            this.show(create(SelectionSchema, {ranges: [{column: column.value, min, max}], step: this.madeIn()}),
+                      !!this.model.layer?.select);
+        };
+        for (const input of [column, least, most]) input.addEventListener('change', apply);
+        return h('div', {class: 'numbers'}, column, least, most);
+    }
+
+    /// Where particles have ids, the same ones are meant in every step.
+    private madeIn(): number | undefined {
+        return this.model.manifest?.particles?.ids ? this.model.layer?.step : undefined;
+    }
+
+    private show(selection: Selection, alone: boolean): void {
+        const {layer} = this.model;
+        if (!layer) return;
+        layer.select = alone ? selection : undefined;
+        layer.highlight = alone ? undefined
+            : Object.assign(layer.highlight ?? create(HighlightSchema), {selection: clone(SelectionSchema, selection)});
+        this.changed();
+    }
+
+    private clear(): void {
+        const {layer} = this.model;
+        if (!layer) return;
+        layer.select = undefined;
+        layer.highlight = undefined;
+        this.changed();
+    }
+
+    private changed(): void {
+        this.model.wanted();
+        this.draw();
+        this.onChange();
+    }
+
+    private toggleLasso(): void {
+        this.drawing = !this.drawing;
+        this.stage.classList.toggle('lasso', this.drawing);
+        this.gestures.onLasso = this.drawing ? (points, done) => this.lasso(points, done) : undefined;
+        if (this.drawing) tell('Draw a line around particles.');
+        this.draw();
+    }
+
+    private lasso(points: Point[], done: boolean): void {
+        this.sketch(done ? [] : points);
+        if (!done) return;
+        this.toggleLasso();
+        const {camera, size, layer} = this.model;
+        if (points.length < 3 || !camera || !layer) return;
+        const every = Math.ceil(points.length / mostCorners);
+        const corners = points.filter((_, i) => i % every === 0);
+        this.show(create(SelectionSchema, {
+            step: this.madeIn(),
+            lasso: {camera, aspect: size.width / size.height, transform: layer.transform, points: corners.map((point) => ({
+                values: [point.x, point.y].map((value) => ({kind: {case: 'numberValue' as const, value}})),
+            }))},
+        }), !!layer.select);
+    }
+
+    private sketch(points: Point[]): void {
+        const {clientWidth: width, clientHeight: height} = this.stage;
+        this.marks.width = width;
+        this.marks.height = height;
+        const context = this.marks.getContext('2d')!;
+        if (points.length < 2) return;
+        context.beginPath();
+        for (const point of points) context.lineTo(point.x * width, point.y * height);
+        context.closePath();
+        context.fillStyle = 'rgb(255 179 92 / 15%)';
+        context.strokeStyle = '#ffb35c';
+        context.lineWidth = 2;
+        context.fill();
+        context.stroke();
+    }
+}
