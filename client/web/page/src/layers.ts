@@ -5,10 +5,10 @@
 import {create, type DescField, type Message} from '@bufbuild/protobuf';
 import {lookFrom, toggleProjection} from './camera';
 import {h, iconButton} from './dom';
-import {AnnotationsSchema, CameraSchema, ColorBySchema, LayerSchema, ViewSchema, type Layer, type Manifest} from
+import {AnnotationsSchema, CameraSchema, ColorBySchema, LayerSchema, PointsStyleSchema, PointsStyle_KnotSchema, ViewSchema, type Layer, type Manifest} from
     './generated/protocol/mote_pb';
 import {layerKinds, type LayerKind, type Model} from './model';
-import {messagePanel, type PanelSettings, type Place} from './panel';
+import {messagePanel, refreshEvent, type PanelSettings, type Place} from './panel';
 
 /// What particles have numbers of besides their columns, of docs/NUMBERS.md.
 const derived = ['r', 'theta', 'xp', 'yp', 'p', 'pr', 'delta', 'gamma', 'energy', 'zeta', 'tau'];
@@ -19,6 +19,9 @@ export const columnsOf = (manifest: Manifest | undefined): string[] => {
 };
 
 export class LayerPanels {
+    onSave: () => void = () => {};
+    onOpen: (file: File) => void = () => {};
+
     constructor(private readonly place: HTMLElement, private readonly model: Model) {}
 
     draw(): void {
@@ -30,10 +33,24 @@ export class LayerPanels {
     private settings(layer: Layer): PanelSettings {
         const manifest = this.model.manifests.get(layer.dataset);
         return {
-            changed: (moving) => this.model.wanted(moving),
+            changed: (moving, field) => {
+                this.complete(layer, field);
+                this.model.wanted(moving);
+            },
             words: (field) => field.name === 'column' ? columnsOf(manifest) : undefined,
             domain: (field) => domainOf(field, layer, manifest),
         };
+    }
+
+    /// Points have a curve of their own, or are linked to the volume's: never both.
+    private complete(layer: Layer, field: DescField): void {
+        const points = layer.kind.case === 'particles' ? layer.kind.value.points : undefined;
+        if (!points || field.parent !== PointsStyleSchema) return;
+        if (field.name === 'curve') points.linked = points.curve.length > 0 ? false : undefined;
+        if (field.name === 'linked' && points.linked !== false) points.curve = [];
+        if (field.name === 'linked' && points.linked === false && points.curve.length === 0)
+            points.curve = [create(PointsStyle_KnotSchema, {density: 0, fraction: 1})];
+        for (const each of this.place.querySelectorAll('.row, .curve-box')) each.dispatchEvent(new Event(refreshEvent));
     }
 
     private layer(layer: Layer, index: number): HTMLElement {
@@ -70,9 +87,9 @@ export class LayerPanels {
 
     private colorBy(layer: Layer, settings: PanelSettings): HTMLElement {
         const place: Place = {get: () => layer.colorBy, make: () => layer.colorBy ??= create(ColorBySchema)};
-        const changed = (moving: boolean) => {
+        const changed = (moving: boolean, field: DescField) => {
             if (layer.colorBy && !layer.colorBy.column) layer.colorBy = undefined;
-            settings.changed(moving);
+            settings.changed(moving, field);
         };
         return h('details', {class: 'group', open: !!layer.colorBy}, h('summary', {}, 'Colour by'),
                  messagePanel(ColorBySchema, place, {...settings, changed}));
@@ -85,8 +102,20 @@ export class LayerPanels {
         const annotations: Place = {get: () => view.annotations,
                                     make: () => view.annotations ??= create(AnnotationsSchema)};
         return h('section', {class: 'section', 'aria-label': 'Picture'}, h('h2', {}, h('span', {}, 'Picture')),
-                 messagePanel(ViewSchema, whole, {changed}), messagePanel(AnnotationsSchema, annotations, {
-                     changed, skip: ['print_width']}));
+                 messagePanel(ViewSchema, whole, {changed, skip: ['scale']}), messagePanel(AnnotationsSchema, annotations, {
+                     changed, skip: ['print_width']}), this.files());
+    }
+
+    private files(): HTMLElement {
+        const input = h('input', {type: 'file', accept: '.json,application/json', class: 'hidden-visually', 'aria-label': 'Open a view',
+                                  tabIndex: -1});
+        input.addEventListener('change', () => {
+            if (input.files?.[0]) this.onOpen(input.files[0]);
+            input.value = '';
+        });
+        return h('div', {class: 'buttons'},
+                 h('button', {type: 'button', class: 'button', onclick: () => this.onSave()}, 'Save view'),
+                 h('button', {type: 'button', class: 'button', onclick: () => input.click()}, 'Open view'), input);
     }
 
     private camera(): HTMLElement {

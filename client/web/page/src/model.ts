@@ -41,6 +41,11 @@ export class Model {
 
     constructor(private readonly server: Server) {}
 
+    /// Something changed that was not asked for yet.
+    get pending(): boolean {
+        return this.frame !== 0;
+    }
+
     get layer(): Layer | undefined {
         return this.view.layers[0];
     }
@@ -101,10 +106,26 @@ export class Model {
 
     /// Takes a whole view: of a link, a file, a notebook.
     async load(view: View): Promise<void> {
+        this.following = false;
         this.view = clone(ViewSchema, view);
         this.camera = this.view.camera;
         this.wanted();
         await this.describe();
+    }
+
+    /// Takes the view of somebody else, whose pictures come by themselves.
+    follow(view: View): void {
+        this.view = clone(ViewSchema, view);
+        this.camera = this.view.camera;
+        this.onChange();
+        void this.describe();
+    }
+
+    /// Goes on from what was followed.
+    leave(): void {
+        this.following = false;
+        this.wanted();
+        this.onLayers();
     }
 
     private async describe(): Promise<void> {

@@ -33,7 +33,7 @@ export class NumbersPanel {
     private readonly statistics = h('section', {class: 'section', 'aria-label': 'Statistics'});
     private readonly histogram = h('section', {class: 'section', 'aria-label': 'Histogram'});
     private readonly picked = h('section', {class: 'section', 'aria-label': 'Picked particle', hidden: true});
-    private readonly plot = h('canvas', {class: 'plot', role: 'img'});
+    private readonly plot = h('canvas', {class: 'plot', role: 'img', 'aria-label': 'Histogram'});
     private readonly caption = h('p', {class: 'note'});
     private columns: [string, string] = ['', ''];
     private shownFor = '';

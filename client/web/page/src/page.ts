@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The page: puts its parts together and lets them know of each other.
-import {fromBinary, toJsonString} from '@bufbuild/protobuf';
+import {fromBinary, fromJson, toJsonString} from '@bufbuild/protobuf';
 import {toggleProjection} from './camera';
 import {CatalogueList} from './catalogue';
 import {amount, copyText, download, h, icon, iconButton, tell} from './dom';
@@ -36,12 +36,15 @@ class Page {
     private readonly time = new TimeBar(place('time'), this.model);
     private last: PictureInfo | undefined;
     private begun = false;
+    private role: 'owner' | 'follower' = 'owner';
 
     constructor() {
         // The token was good once, and is of no use in anybody's history.
         if (location.search) history.replaceState(null, '', location.pathname + location.hash);
         const thumbnails = new Thumbnails();
         this.catalogue.onThumbnail = (entry, canvas) => thumbnails.want(entry, canvas);
+        this.panels.onSave = () => this.saveView();
+        this.panels.onOpen = (file) => void this.openView(file);
         this.gestures.onTap = (x, y) => void this.numbers.pick(x, y);
         tabs(place('look'), [
             {name: 'Look', panel: this.looks, shown: () => {}},
@@ -70,9 +73,11 @@ class Page {
             this.showTitle();
         };
         model.onChange = () => {
+            place('stage').dataset.final = 'false';
             this.time.draw();
             this.numbers.refresh();
             this.showEmpty();
+            this.showFollowing();
         };
         server.onState = (state, why) => {
             place('status').classList.toggle('waiting', state !== 'connected');
@@ -84,12 +89,24 @@ class Page {
             }
         };
         server.onWelcome = () => void this.begin();
-        server.onRole = (role) => document.body.classList.toggle('follower', role === 'follower');
+        server.onRole = (role) => {
+            this.role = role;
+            document.body.classList.toggle('follower', role === 'follower');
+            if (role === 'follower' && !this.begun && !location.hash) model.following = true;
+        };
+        server.onFollowed = (followed) => {
+            if (!model.following) return;
+            if (followed.view?.view) model.follow(followed.view.view);
+            else tell('Nobody shows anything yet.');
+        };
         server.onCatalogue = (catalogue) => {
             model.catalogue = catalogue.datasets;
             this.catalogue.draw();
         };
-        server.onFailure = (error) => tell(error.message, true);
+        server.onFailure = (error) => {
+            place('status').textContent = 'Not drawn';
+            tell(error.message, true);
+        };
         server.onPicture = (info) => this.shown(info);
     }
 
@@ -98,9 +115,19 @@ class Page {
         this.catalogue.draw();
         this.films.lineIsNew();
         this.showEmpty();
+        if (this.model.following) this.follow();
         if (this.begun) return;
         this.begun = true;
         await this.loadFragment();
+    }
+
+    /// Shows what whoever changed their view last sees, until something is chosen here.
+    private follow(): void {
+        this.model.following = true;
+        this.model.onChange();
+        this.server.ask({case: 'follow', value: {}}).then(({message}) => {
+            if (message.body.case === 'followed') this.server.onFollowed(message.body.value);
+        }, (error) => tell(error.message, true));
     }
 
     private async loadFragment(): Promise<void> {
@@ -114,14 +141,15 @@ class Page {
 
     private shown(info: PictureInfo): void {
         this.last = info;
-        if (info.camera && !this.model.camera) {
+        if (info.camera && !this.model.camera && !this.model.following) {
             this.model.camera = fromBinary(CameraSchema, info.camera);
             this.panels.draw();
         }
         this.time.shown();
         this.showStatus();
-        place('stage').dataset.final = String(info.final);
-        if (info.final) void this.keepInAddress();
+        const latest = this.model.following || (info.viewId === this.server.viewId && !this.model.pending);
+        place('stage').dataset.final = String(info.final && latest);
+        if (info.final && latest) void this.keepInAddress();
     }
 
     /// A reload shows the same again.
@@ -149,6 +177,15 @@ class Page {
         });
         place('title').textContent = names.join(' + ');
         document.title = names.length > 0 ? `${names.join(' + ')} – Mote` : 'Mote';
+    }
+
+    private showFollowing(): void {
+        const {following} = this.model;
+        const chip = place('following');
+        chip.hidden = this.role === 'owner';
+        document.body.classList.toggle('following', following);
+        chip.replaceChildren(following ? 'Following' : 'On your own', h('button', {type: 'button', class: 'button', onclick: () =>
+            following ? this.model.leave() : this.follow()}, following ? 'Look around yourself' : 'Follow'));
     }
 
     private showEmpty(): void {
@@ -181,6 +218,7 @@ class Page {
             iconButton('cube', 'Perspective or parallel (O)', () => this.toggleProjection(), wide),
             iconButton('save', 'Save the picture (S)', () => void this.savePicture(), wide),
             iconButton('link', 'Copy a link to this view (L)', () => void this.copyLink()),
+            iconButton('share', 'Copy a link for followers, who look and change nothing', () => void this.share(), {class: 'icon-button wide owners'}),
             iconButton('theme', 'Light or dark (T)', () => this.toggleTheme(), wide),
             iconButton('help', 'Keys and gestures (?)', () => this.showHelp(), wide));
     }
@@ -238,6 +276,15 @@ class Page {
         tell(copied ? 'The link to this view is copied.' : 'The address of this page is the link to this view.');
     }
 
+    /// A link that is good once, for somebody who looks on.
+    private async share(): Promise<void> {
+        const answer = await fetch('link', {method: 'POST', body: 'follower'});
+        if (!answer.ok) return tell(await answer.text(), true);
+        const link = new URL('.', location.href);
+        link.searchParams.set('token', (await answer.json()).token);
+        tell(await copyText(link.href) ? 'A link for one follower is copied.' : link.href);
+    }
+
     private async savePicture(): Promise<void> {
         const pixels = await this.server.grab();
         if (!pixels) return;
@@ -247,9 +294,18 @@ class Page {
     }
 
     /// The view as mote-frames and mote-view take it.
-    saveView(): void {
+    private saveView(): void {
         const text = toJsonString(ViewSchema, this.model.whole(), {prettySpaces: 2});
         download(`${this.fileName()}.json`, [`{"views": [${text}]}\n`], 'application/json');
+    }
+
+    private async openView(file: File): Promise<void> {
+        try {
+            const content = JSON.parse(await file.text());
+            await this.model.load(fromJson(ViewSchema, content.views?.[0] ?? content.view ?? content));
+        } catch (error) {
+            tell(`${file.name} holds no view: ${(error as Error).message}`, true);
+        }
     }
 
     private fileName(): string {

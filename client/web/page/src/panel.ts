@@ -17,8 +17,8 @@ export interface Place {
 }
 
 export interface PanelSettings {
-    /// A control was moved; `moving`: the hand is still on it.
-    changed(moving: boolean): void;
+    /// A field's control was moved; `moving`: the hand is still on it.
+    changed(moving: boolean, field: DescField): void;
     /// Names that a field of words takes besides what the schema says: columns.
     words?(field: DescField): string[] | undefined;
     /// Where a curve's first number begins and ends, and how many there are of each value.
@@ -26,6 +26,9 @@ export interface PanelSettings {
     /// Fields that have no place here.
     skip?: string[];
 }
+
+/// What a row or a curve hears of where its field was changed by another's.
+export const refreshEvent = 'mote-refresh';
 
 let lastId = 0;
 
@@ -86,7 +89,11 @@ function row(field: DescField, control: HTMLElement, id: string, place: Place, s
         message[field.localName] = Array.isArray(message[field.localName]) ? [] : emptyOf(field);
         refresh();
         update();
-        settings.changed(false);
+        settings.changed(false, field);
+    });
+    whole.addEventListener(refreshEvent, () => {
+        refresh();
+        update();
     });
     control.addEventListener('input', update);
     control.addEventListener('change', update);
@@ -113,7 +120,7 @@ function switchRow(field: DescField, facts: Facts | undefined, place: Place, set
     refresh();
     box.addEventListener('change', () => {
         put(field, place, box.checked);
-        settings.changed(false);
+        settings.changed(false, field);
     });
     return row(field, box, id, place, settings, refresh);
 }
@@ -138,7 +145,7 @@ function wordRow(field: DescField, facts: Facts | undefined, place: Place, setti
     select.addEventListener('change', () => {
         put(field, place, select.value);
         refresh();
-        settings.changed(false);
+        settings.changed(false, field);
     });
     const control = maps ? h('div', {class: 'with-preview'}, select, preview) : select;
     return row(field, control, id, place, settings, refresh);
@@ -174,15 +181,15 @@ function numberRow(field: DescField, facts: Facts | undefined, place: Place, set
     slider?.addEventListener('input', () => {
         put(field, place, Number(scale!.to(Number(slider.value)).toPrecision(4)));
         refresh();
-        settings.changed(true);
+        settings.changed(true, field);
     });
-    slider?.addEventListener('change', () => settings.changed(false));
+    slider?.addEventListener('change', () => settings.changed(false, field));
     number.addEventListener('change', () => {
         const value = number.value === '' ? undefined : Number(number.value);
         if (value !== undefined && !Number.isFinite(value)) return refresh();
         put(field, place, value === undefined ? undefined : clamp(value, facts));
         refresh();
-        settings.changed(false);
+        settings.changed(false, field);
     });
     return row(field, h('div', {class: 'number'}, slider, number), id, place, settings, refresh);
 }
@@ -209,7 +216,7 @@ function numbersRow(field: DescField, facts: Facts, place: Place, settings: Pane
         if (!whole || (count === 2 && values[0] >= values[1])) return;
         put(field, place, values.map((value) => clamp(value, facts)));
         refresh();
-        settings.changed(false);
+        settings.changed(false, field);
     });
     return row(field, h('div', {class: 'numbers'}, ...inputs), id, place, settings, refresh);
 }
@@ -229,7 +236,7 @@ function colorRow(field: DescField, facts: Facts, place: Place, settings: PanelS
     refresh();
     input.addEventListener('input', () => {
         put(field, place, fromHex(input.value));
-        settings.changed(true);
+        settings.changed(true, field);
     });
     return row(field, input, id, place, settings, refresh);
 }
@@ -261,7 +268,7 @@ function curveRow(field: DescField & {fieldKind: 'list', listKind: 'message'}, p
             put(field, place, knots.map((knot, i) =>
                 create(field.message, {...(before.length === knots.length ? before[i] : {}), [x.localName]: knot.x,
                                        [y.localName]: knot.y})));
-            settings.changed(moving);
+            settings.changed(moving, field);
         },
     });
     return h('div', {class: 'curve-row'}, h('div', {class: 'curve-title'}, titled(y.name), h('span', {},

@@ -39,6 +39,8 @@ export class Server {
     private readonly waiting = new Map<number, Waiting>();
     private readonly grabs = new Map<number, (picture: ImageData | null) => void>();
     private next = 1;
+    /// The id of the view that was wanted last: pictures carry it.
+    viewId = 0;
 
     constructor(canvas?: HTMLCanvasElement, background = false) {
         this.worker.onmessage = (event: MessageEvent<FromWorker>) => this.heard(event.data);
@@ -50,6 +52,7 @@ export class Server {
     }
 
     setView(view: MessageInitShape<typeof SetViewSchema>): void {
+        ++this.viewId;
         this.post({kind: 'view', bytes: toBinary(SetViewSchema, create(SetViewSchema, view))});
     }
 

@@ -135,7 +135,7 @@ class Line {
         const payload = new Uint8Array(data, 8 + size);
         const message = fromBinary(ServerMessageSchema, bytes);
         switch (message.body.case) {
-            case 'frame': return this.takeFrame(message, message.body.value, payload);
+            case 'frame': return this.takeFrame(message.body.value, payload);
             case 'welcome': return this.takeWelcome(message.body.value);
             case 'ping': return this.send({case: 'pong', value: {sentNs: message.body.value.sentNs}});
             default: return this.takeAnswer(message, bytes, payload);
@@ -152,13 +152,14 @@ class Line {
         if (this.view) this.sendView();
     }
 
-    private takeFrame(message: ServerMessage, frame: Frame, payload: Uint8Array): void {
+    private takeFrame(frame: Frame, payload: Uint8Array): void {
         this.received += payload.length;
         this.send({case: 'credit', value: {receivedBytes: BigInt(this.received)}});
         const whole = this.pieces.take(frame, payload);
         if (!whole) return;
         if (this.painter) return this.painter.push(whole);
         this.send({case: 'credit', value: {frames: 1}});
+        const message = create(ServerMessageSchema, {replyTo: whole.frame.viewId, body: {case: 'frame', value: whole.frame}});
         this.takeAnswer(message, toBinary(ServerMessageSchema, message), whole.payload);
     }
 
@@ -173,6 +174,7 @@ class Line {
     private sendQuestion(id: number, question: Question): void {
         const message = fromBinary(ClientMessageSchema, question.bytes);
         message.request = BigInt(id);
+        if (message.body.case === 'setView') message.body.value.viewId = BigInt(id);
         question.sent = true;
         this.sendBytes(toBinary(ClientMessageSchema, message));
     }

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What the tests of the page share: data made on the spot, programs that end with the test, a browser, and what a
+// picture on the page holds. Where the browser or the packages are missing, the test is skipped (77).
+import {execFileSync, spawn} from 'node:child_process';
+import crypto from 'node:crypto';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import {pathToFileURL} from 'node:url';
+
+export const [bin, packages] = process.argv.slice(2);
+export const program = (name) => path.join(bin, name);
+
+export function skip(why) {
+    console.log(`skipped: ${why}`);
+    process.exit(77);
+}
+
+export const browserPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(fs.existsSync);
+if (!browserPath) skip('there is no Chromium here');
+if (!fs.existsSync(path.join(packages, 'playwright-core'))) skip('the packages of the page are not installed');
+export const {chromium} = await import(pathToFileURL(path.join(packages, 'playwright-core/index.mjs')));
+
+export const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'mote-page-'));
+const atEnd = [() => fs.rmSync(folder, {recursive: true, force: true})];
+export const later = (work) => atEnd.unshift(work);
+export async function tidy() {
+    for (const work of atEnd) await work();
+}
+
+export const run = (name, ...words) => execFileSync(program(name), words.map(String), {stdio: ['ignore', 'pipe', 'pipe']});
+
+/// A program that prints a line that begins so when it is ready: [the rest of that line, the process, all its lines].
+export function start(begin, name, ...words) {
+    return new Promise((resolve, reject) => {
+        const child = spawn(program(name), words.map(String), {stdio: ['ignore', 'pipe', 'pipe']});
+        let text = '';
+        let errors = '';
+        later(() => new Promise((ended) => {
+            if (child.exitCode !== null || child.signalCode !== null) return ended();
+            child.once('exit', ended);
+            child.kill('SIGTERM');
+        }));
+        child.stderr.on('data', (data) => { errors += data; });
+        child.stdout.on('data', (data) => {
+            text += data;
+            const found = text.split('\n').slice(0, -1).find((line) => line.startsWith(begin));
+            if (found) resolve([found.slice(begin.length).trim(), child, () => text.trim().split('\n')]);
+        });
+        child.once('exit', (code) => reject(new Error(`${name} ended with ${code}: ${errors}`)));
+    });
+}
+
+/// A beam of 100000 particles and 3 steps, a ball as a volume, a box as a mesh.
+export function makeData() {
+    const data = path.join(folder, 'data');
+    fs.mkdirSync(data);
+    run('mote-prep', 'synth', 'beam', '--particles', 100000, '--steps', 3, '--seed', 1, '--out', path.join(folder, 'run.h5'), '--quiet');
+    run('mote-prep', 'particles', path.join(folder, 'run.h5'), '--axes', 'x,px,y', '--out', path.join(data, 'beam.mote'), '--quiet');
+    const size = 24;
+    const ball = Buffer.alloc(size ** 3);
+    for (let z = 0; z < size; ++z) for (let y = 0; y < size; ++y) for (let x = 0; x < size; ++x)
+        ball[(z * size + y) * size + x] = Math.max(0, 255 - 20 * Math.hypot(x - 11.5, y - 11.5, z - 11.5));
+    fs.writeFileSync(path.join(folder, 'ball.raw'), ball);
+    run('mote-prep', 'volume', path.join(folder, 'ball.raw'), '--dimensions', size, size, size, '--low', 12, '--threshold', 0.02,
+        '--out', path.join(data, 'ball.mote'), '--quiet');
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => `v ${i & 1} ${(i >> 1) & 1} ${i >> 2}`);
+    const sides = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
+    fs.writeFileSync(path.join(folder, 'box.obj'), [...corners, ...sides.map((side) => `f ${side.join(' ')}`)].join('\n') + '\n');
+    run('mote-prep', 'mesh', path.join(folder, 'box.obj'), '--out', path.join(data, 'box.mote'), '--quiet');
+    return data;
+}
+
+/// The pixels that the page shows: {width, height, hash, lit}; `lit`: the part of them that is not the commonest colour.
+export async function picture(page) {
+    const {width, height, bytes} = await page.evaluate(() => {
+        const shown = document.getElementById('picture');
+        const copy = new OffscreenCanvas(shown.width, shown.height);
+        const context = copy.getContext('2d');
+        context.drawImage(shown, 0, 0);
+        const {data} = context.getImageData(0, 0, copy.width, copy.height);
+        let text = '';
+        for (let i = 0; i < data.length; i += 32768) text += String.fromCharCode(...data.subarray(i, i + 32768));
+        return {width: copy.width, height: copy.height, bytes: btoa(text)};
+    });
+    const pixels = Buffer.from(bytes, 'base64');
+    const background = pixels.readUInt32LE(0);
+    let lit = 0;
+    for (let i = 0; i < pixels.length; i += 4) lit += pixels.readUInt32LE(i) !== background ? 1 : 0;
+    return {width, height, pixels, hash: crypto.createHash('sha1').update(pixels).digest('hex'), lit: lit / (width * height)};
+}
+
+/// Waits for the exact picture of what is wanted now, and until it is on the screen.
+export async function exact(page) {
+    await page.waitForFunction(() => document.getElementById('stage').dataset.final === 'true', null, {timeout: 20000, polling: 30});
+    await page.evaluate(() => new Promise((seen) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(seen)))));
+}
