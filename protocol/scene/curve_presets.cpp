@@ -70,10 +70,10 @@ bool inHounsfieldUnits(std::string_view unit, const ValueRange& values) {
 std::span<const CurvePreset> tomographyPresets() {
     static const std::array<CurvePreset, 5> presets{{
         {"bones",
-         {{180, 0}, {260, 0.15}, {450, 0.5}, {1300, 0.9}},
+         {{290, 0}, {290, 0.42}, {450, 0.65}, {1300, 0.9}},
          {{{0.8F, 0.55F, 0.4F}}, {{0.9F, 0.74F, 0.58F}}, {{0.96F, 0.9F, 0.78F}}, {{1, 1, 0.96F}}}},
         {"vessels",
-         {{110, 0}, {170, 0.07}, {260, 0.3}, {400, 0.45}, {1300, 0.85}},
+         {{110, 0}, {170, 0.1}, {260, 0.4}, {400, 0.6}, {1300, 0.85}},
          {{{0.45F, 0.02F, 0.03F}},
           {{0.72F, 0.07F, 0.06F}},
           {{0.9F, 0.3F, 0.2F}},
@@ -119,8 +119,9 @@ std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogr
         layers.insert(layers.end(), {{low, 0.0}, {std::max(low, at), 0.25 * share}, {at + half, 0.0}});
     }
     // Steeper towards the densest, and with colours up to there: what is inside shows through what is around.
+    // It begins at once: a haze that is too thin to see would lie around it.
     const std::vector<Curve::Knot> whole{
-        {object.threshold(), 0.0}, {object(0.5), 0.05}, {object(0.99), 0.35}};
+        {object.threshold(), 0.0}, {object.threshold(), 0.1}, {object(0.5), 0.1}, {object(0.99), 0.35}};
     return {{"object", whole, {}},
             {"denser parts", ramp(object(0.5), object(0.97), 0.3), {}},
             {"densest", ramp(object(0.97), object(0.999), 0.6), {}},

@@ -12,7 +12,9 @@ namespace mote {
 namespace {
 
 constexpr double boxVolume = 8.0;  // of a plot, in layer space
-constexpr double seamFactor = 8.0;
+constexpr double seamFactor = 3.0;
+/// The volume begins with this share at once: a haze that is too thin to see would lie around all matter.
+constexpr double seamBegins = 0.4;
 /// So few are drawn in a moment, and no cell holds enough of them for its density to mean much: they are
 /// points.
 constexpr std::uint64_t fewParticles = std::uint64_t{1} << 16;
@@ -24,15 +26,15 @@ double unclamped(const LogDensity& scale, double density) {
     return std::log(density / scale.min) / std::log(scale.max / scale.min);
 }
 
-/// The seam between points and volume, as scaled log densities: all are points up to `from`, none from `to`
+/// The seam between points and volume, as scaled log densities: all are points below `from`, none from `to`
 /// on.
 struct Seam {
     double from, to;
 
     /// How far through it a density is, 0 to 1.
     double share(double t) const {
-        if (!(t > from)) return 0.0;
-        return t < to ? (t - from) / (to - from) : 1.0;
+        if (t < from) return 0.0;
+        return t < to ? seamBegins + (1.0 - seamBegins) * (t - from) / (to - from) : 1.0;
     }
 };
 
@@ -47,13 +49,13 @@ double opacityBeyond(const PlotDensity& plot, double seam, double t) {
 /// Densities that differ by less differ by chance: they do not take all colours.
 constexpr double leastRange = 16.0;
 
-/// What of a colour map stands out from a background: denser matter is brighter on both.
+/// What of a colour map stands out from a background, from thin to dense: denser matter is brighter on a dark
+/// one and darker on a light one, so that lone points before it never are what stands out.
 ValueRange colorsOn(bool light) {
-    return light ? ValueRange{0.3, 0.65} : ValueRange{0.75, 1.0};
+    return light ? ValueRange{0.6, 0.35} : ValueRange{0.75, 1.0};
 }
 
-/// The volume begins in colours that stand out, and points have the one in which it begins: denser matter is
-/// brighter, also where points give way to it.
+/// The volume begins in colours that stand out, and points have the one in which it begins.
 void takeSeamColor(ParticlesStyle& style, const LogDensity& scale, double seam, bool onLight) {
     if (style.densityRange) return;
     const auto [begins, ends] = colorsOn(onLight);
@@ -77,14 +79,15 @@ void resolveCurves(ParticlesStyle& style, const PlotDensity& plot, bool onLight)
     }
     takeSeamColor(style, plot.scale, seam.from, onLight);
     const double from = std::clamp(seam.from, 0.0, 1.0), to = std::clamp(seam.to, 0.0, 1.0);
-    std::vector<Curve::Knot> opacity{{from, seam.share(from) * ParticlesStyle::fullOpacity}};
+    std::vector<Curve::Knot> opacity{{from, 0.0}, {from, seam.share(from) * ParticlesStyle::fullOpacity}};
     constexpr int beyond = 8;  // knots
     for (int i = 0; i <= beyond; ++i) {
         const double t = to + (1.0 - to) * i / beyond;
         opacity.push_back({t, seam.share(t) * opacityBeyond(plot, density, t)});
     }
     style.volumeOpacity = Curve::create(std::move(opacity)).value();
-    style.pointFraction = Curve::create({{from, 1.0 - seam.share(from)}, {to, 1.0 - seam.share(to)}}).value();
+    style.pointFraction =
+        Curve::create({{from, 1.0}, {from, 1.0 - seam.share(from)}, {to, 1.0 - seam.share(to)}}).value();
 }
 
 /// A curve told over a range as one over [0, 1].

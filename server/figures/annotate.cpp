@@ -271,9 +271,10 @@ std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFun
     RichText unit;
     const double factor = densityUnit(plot, layer.step, unit);
     const double decades = std::log(plot.density_max() / plot.density_min());
-    const ValueRange& all = transfer.colorRange;  // of t
+    const ValueRange& all = transfer.colorRange;                // of t
+    const auto [first, last] = std::minmax(all.low, all.high);  // the map may go from dense to thin
     const ValueRange shown =
-        hasDensityRange(layer) ? all : ValueRange{std::max(all.low, 0.0), std::min(all.high, 1.0)};
+        hasDensityRange(layer) ? all : ValueRange{std::max(first, 0.0), std::min(last, 1.0)};
     const double low = plot.density_min() * std::exp(shown.low * decades) * factor;
     const double high = plot.density_min() * std::exp(shown.high * decades) * factor;
     if (!(low > 0.0) || !(high > low) || !std::isfinite(high)) return std::nullopt;

@@ -194,6 +194,34 @@ class FirstPicture(unittest.TestCase):
             self.assertGreater((off > 0.3).sum(), 2 * 56, "pixels that are seen at once")
             self.assertLess(((off > 3 / 255) & (off < 0.1)).sum(), 0.2 * (off > 3 / 255).sum())
 
+    def assert_is_seen_well(self, picture, most, name):
+        off = numpy.abs(picture - picture[0, 0]).max(axis=2)[lit(picture)]
+        self.assertLess((off < 0.12).mean(), most, f"{name}: what is too dark to see")
+
+    def test_little_is_too_dark_to_see(self):
+        random = numpy.random.default_rng(6)
+        bunch = random.normal(size=(100000, 3)) * [1, 0.5, 0.5]
+        halo = random.uniform(-3, 3, size=(3000, 3))
+        self.particles("bunch", numpy.r_[bunch, halo])
+        self.assert_is_seen_well(self.desk.first("bunch", "particles", size=(800, 600)), 0.04, "bunch")
+        z, y, x = numpy.mgrid[0:80, 0:80, 0:80]
+        ball = 200 / (1 + numpy.exp((numpy.hypot(numpy.hypot(x - 40, y - 35), z - 45) - 25) / 1.5))
+        ball += random.normal(size=ball.shape) * 4 + 20
+        (self.desk.path / "soft.raw").write_bytes(ball.clip(0, 255).astype("u1").tobytes())
+        self.desk.prepare("soft", "volume", self.desk.path / "soft.raw", "--dimensions", 80, 80, 80)
+        self.assert_is_seen_well(self.desk.first("soft", "hybrid", size=(800, 600)), 0.01, "ball")
+
+    def test_lone_points_on_white_are_no_darker_than_dense_matter(self):
+        random = numpy.random.default_rng(7)
+        core = 0.5 * random.normal(size=(200000, 3))
+        halo = random.uniform(-3, 3, size=(4000, 3))
+        self.particles("core", numpy.r_[core, halo])
+        picture = self.desk.first("core", "particles", size=(600, 600), background=[1, 1, 1])
+        tone = luminance(picture)
+        matter = blurred(tone, 4).min()
+        self.assertLess(matter, 0.5, "matter stands out")
+        self.assertLess((tone < 0.7 * matter).mean(), 1e-4, "dots that are darker than matter")
+
     def assert_has_its_tones(self, picture, name):
         Image.fromarray(picture).save(self.desk.path / f"{name}.png")
         self.desk.prepare(name, "image", self.desk.path / f"{name}.png")

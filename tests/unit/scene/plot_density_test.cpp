@@ -16,9 +16,10 @@ PlotDensity plotOf(std::uint64_t particles, double weight) {
     return {.scale = {1e-6 * mean, 1e4 * mean}, .particles = particles, .meanWeight = weight};
 }
 
-ParticlesStyle resolved(const PlotDensity& plot, const proto::ParticlesStyle& message = {}) {
+ParticlesStyle resolved(const PlotDensity& plot, const proto::ParticlesStyle& message = {},
+                        bool onLight = false) {
     auto style = parseParticlesStyle(message).value();
-    resolveByPlot(style, plot);
+    resolveByPlot(style, plot, onLight);
     return style;
 }
 
@@ -95,12 +96,20 @@ TEST(PlotDensity, AGasThatIsNowhereDenseIsAllPoints) {
 TEST(PlotDensity, TheVolumeBeginsInTheColourOfThePoints) {
     for (const double ratio : {1.5, 1e3, 1e9}) {
         const PlotDensity plot{.scale = {1e7, 1e7 * ratio}, .particles = 1'000'000, .meanWeight = 1.0};
-        const auto style = resolved(plot);
-        const auto& knots = style.volumeOpacity.knots();
-        EXPECT_NEAR(style.transfer().color(knots.front().x).y, style.pointColor.y, 1e-9) << ratio;
-        // Of a factor of 16 at least.
-        EXPECT_GE((style.colorRange.high - knots.front().x) * std::log(ratio), std::log(16.0) - 1e-9)
-            << ratio;
+        for (const bool onLight : {false, true}) {
+            const auto style = resolved(plot, {}, onLight);
+            const auto& knots = style.volumeOpacity.knots();
+            const auto transfer = style.transfer();
+            EXPECT_NEAR(transfer.color(knots.front().x).y, style.pointColor.y, 1e-9) << ratio;
+            // Of a factor of 16 at least.
+            const double end = onLight ? 0.35 : 1.0, begin = onLight ? 0.6 : 0.75;
+            const double width = style.colorRange.high - style.colorRange.low;
+            EXPECT_GE(width * (end - begin) * std::log(ratio), std::log(16.0) - 1e-9) << ratio;
+            // What is dense stands out more than points do.
+            if (ratio > 16.0) {
+                EXPECT_EQ(transfer.color(1.0).y < style.pointColor.y, onLight);
+            }
+        }
     }
 }
 

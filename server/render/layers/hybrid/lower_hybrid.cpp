@@ -75,7 +75,7 @@ CurvePreset defaultPreset(const GridField& field) {
 
 /// Those of the curve; or of the colour map what is bright enough to be read on black.
 void takeDefaultColors(const GridField& field, bool ownRange, TransferFunction& transfer) {
-    constexpr double darkest = 0.3;  // of the colour map
+    constexpr double darkest = 0.4;  // of the colour map
     for (const auto& color : defaultPreset(field).colors)
         transfer.colors.push_back(srgbToLinear(glm::dvec3(color[0], color[1], color[2])));
     if (!transfer.colors.empty() || ownRange) return;
