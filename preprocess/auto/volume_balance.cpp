@@ -85,7 +85,7 @@ struct Form {
 };
 // Half a level is what a picture's own rounding is wrong by; exact volumes take a quarter more time.
 constexpr double roundingLevels = 0.5, exactTime = 1.25;
-constexpr std::array<Form, 5> forms{{{0.0, 0.0}, {0.01, 4.6}, {0.02, 6.7}, {0.05, 13.0}, {0.1, 20.0}}};
+constexpr std::array<Form, 5> forms{{{0.0, 0.0}, {0.01, 2.7}, {0.02, 3.9}, {0.05, 5.6}, {0.1, 7.6}}};
 
 struct Tried {
     Form form;
