@@ -182,6 +182,7 @@ void Connection::Impl::answered(proto::ServerMessage message, std::vector<std::u
         const std::lock_guard lock(mutex_);
         totals_.roundTripMs = msSince(message.pong().sent_ns(), Clock::now());
         pingSince_.reset();
+        if (!questions_.contains(message.reply_to())) return;  // nobody else asked
     }
     {
         const std::lock_guard lock(mutex_);

@@ -30,17 +30,27 @@ double scaled(double value, double steps, double least, double greatest) {
 
 }  // namespace
 
-Camera orbit(const Camera& camera, glm::dvec2 drag) {
-    const glm::dvec3 up = glm::normalize(camera.up);
-    glm::dvec3 arm = rotated(camera.eye - camera.target, -drag.x * glm::pi<double>(), up);
+Camera orbit(const Camera& camera, glm::dvec2 drag, const glm::dvec3& about) {
+    const glm::dvec3 up = glm::normalize(camera.up), arm = camera.eye - camera.target;
     const glm::dvec3 right = glm::normalize(glm::cross(up, arm));
     const double polar = std::acos(std::clamp(glm::dot(glm::normalize(arm), up), -1.0, 1.0));
     constexpr double pole = 0.02;  // rad from the pole, where "up" would lose its meaning
     const double wanted = std::clamp(polar - drag.y * glm::pi<double>(), pole, glm::pi<double>() - pole);
-    arm = rotated(arm, wanted - polar, right);
-    Camera turned = camera;
-    turned.eye = camera.target + arm;
-    return turned;
+    const auto turned = [&](const glm::dvec3& vector) {
+        return rotated(rotated(vector, wanted - polar, right), -drag.x * glm::pi<double>(), up);
+    };
+    Camera moved = camera;
+    moved.target = about + turned(camera.target - about);
+    moved.eye = moved.target + turned(arm);
+    return moved;
+}
+
+Camera roll(const Camera& camera, double radians) {
+    Camera rolled = camera;
+    const glm::dvec3 sight = glm::normalize(camera.target - camera.eye);
+    const glm::dvec3 right = glm::normalize(glm::cross(sight, camera.up));
+    rolled.up = rotated(glm::cross(right, sight), radians, sight);
+    return rolled;
 }
 
 Camera pan(const Camera& camera, glm::dvec2 drag) {
@@ -54,13 +64,53 @@ Camera pan(const Camera& camera, glm::dvec2 drag) {
     return moved;
 }
 
-Camera dolly(const Camera& camera, double steps) {
-    if (!camera.perspective()) return zoom(camera, steps);
-    const double distance = glm::distance(camera.eye, camera.target);
-    const glm::dvec3 arm = (camera.eye - camera.target) / distance;
+Camera dolly(const Camera& camera, double steps, const glm::dvec3& to) {
+    const double span =
+        camera.perspective() ? glm::distance(camera.eye, camera.target) : *camera.orthographicHeight;
+    const double factor = scaled(span, steps, closest, farthest) / span;
     Camera moved = camera;
-    moved.eye = camera.target + arm * scaled(distance, steps, closest, farthest);
+    moved.target = to + (camera.target - to) * factor;
+    const glm::dvec3 arm = camera.eye - camera.target;
+    moved.eye = moved.target + (camera.perspective() ? arm * factor : arm);
+    if (!camera.perspective()) moved.orthographicHeight = span * factor;
     return moved;
+}
+
+namespace {
+
+struct Sight {
+    glm::dvec3 from, along;
+};
+
+/// Of the middle of a pixel, as camera.h says; `along` has length 1 in depth.
+Sight sightAt(const Camera& camera, double aspect, glm::dvec2 at) {
+    const glm::dvec3 ahead = glm::normalize(camera.target - camera.eye);
+    const glm::dvec3 right = glm::normalize(glm::cross(ahead, camera.up)), up = glm::cross(right, ahead);
+    const double h = camera.halfHeight();
+    const glm::dvec3 aside = (2.0 * at.x - 1.0) * aspect * h * right + (1.0 - 2.0 * at.y) * h * up;
+    return camera.perspective() ? Sight{camera.eye, ahead + aside} : Sight{camera.eye + aside, ahead};
+}
+
+}  // namespace
+
+glm::dvec3 placeAt(const Camera& camera, double aspect, glm::dvec2 at) {
+    const auto sight = sightAt(camera, aspect, at);
+    return sight.from + sight.along * glm::distance(camera.eye, camera.target);
+}
+
+std::optional<glm::dvec3> placeWithin(const Camera& camera, double aspect, glm::dvec2 at, const Bounds& box) {
+    const auto sight = sightAt(camera, aspect, at);
+    double begin = camera.perspective() ? nearShare * glm::distance(camera.eye, camera.target) : -farthest;
+    double end = farthest;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double one = (box.min[axis] - sight.from[axis]) / sight.along[axis];
+        const double other = (box.max[axis] - sight.from[axis]) / sight.along[axis];
+        if (std::isnan(one) || std::isnan(other)) return std::nullopt;  // along a side
+        begin = std::max(begin, std::min(one, other));
+        end = std::min(end, std::max(one, other));
+    }
+    if (!(begin < end)) return std::nullopt;
+    return sight.from + sight.along * (0.5 * (begin + end));
 }
 
 Camera zoom(const Camera& camera, double steps) {
@@ -80,6 +130,16 @@ Camera lookFrom(const Camera& camera, int axis, bool positive) {
     from.eye = camera.target + glm::distance(camera.eye, camera.target) * away;
     from.up = axis == 2 ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0);
     return from;
+}
+
+Camera fitAlong(const Camera& camera, const Camera& fitted) {
+    Camera along = camera;
+    along.target = fitted.target;
+    along.eye =
+        fitted.target + glm::normalize(camera.eye - camera.target) * glm::distance(fitted.eye, fitted.target);
+    along.fovYDegrees = fitted.fovYDegrees;
+    if (!camera.perspective()) along.orthographicHeight = heightAtTarget(fitted);
+    return along;
 }
 
 Camera toggleProjection(const Camera& camera) {

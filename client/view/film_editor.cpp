@@ -32,13 +32,17 @@ Status FilmEditor::open(const std::filesystem::path& script) {
         const auto& error = model.error();
         return Error{error.code, fmt::format("{}: {}", script.string(), error.where), error.message};
     }
-    model_ = *std::move(model);
     thumbnails_ = FilmThumbnails();
     forgetAsked();
     failed_.clear();
+    restore(*model);
+    return success();
+}
+
+void FilmEditor::restore(const FilmModel& film) {
+    model_ = film;
     preview_.stop();
     filmRevision_.reset();
-    return success();
 }
 
 std::optional<proto::View> FilmEditor::draw(const FilmSurroundings& around) {

@@ -42,6 +42,8 @@ class FilmEditor {
     /// Edits a script's film. Errors: as readScript() and FilmModel::fromScript(), with the file's name.
     Status open(const std::filesystem::path& script);
     const FilmModel& film() const { return model_; }
+    /// Edits this one from now on.
+    void restore(const FilmModel& film);
 
     /// Draws the bar and does what the user asks for; the view that is to be shown now, if another one is.
     std::optional<proto::View> draw(const FilmSurroundings& around);

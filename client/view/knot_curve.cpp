@@ -43,7 +43,23 @@ void KnotCurve::move(std::size_t knot, Curve::Knot to) {
     knots_[knot] = {std::clamp(to.x, least, std::max(least, most)), std::clamp(to.y, 0.0, 1.0)};
 }
 
+/// Beyond its last knot a curve is level: a knot at the end of the axis holds it there, so that one between
+/// acts where it is.
+void KnotCurve::pinEnds(double x) {
+    const Interval ends = axis();
+    const auto first = knots_.front(), last = knots_.back();
+    if (x < first.x && ends.low < first.x) {
+        knots_.insert(knots_.begin(), {ends.low, first.y});
+        if (!colors_.empty()) colors_.insert(colors_.begin(), Color(colors_.front()));
+    }
+    if (x > last.x && ends.high > last.x) {
+        knots_.push_back({ends.high, last.y});
+        if (!colors_.empty()) colors_.push_back(Color(colors_.back()));
+    }
+}
+
 std::size_t KnotCurve::insert(Curve::Knot at) {
+    if (knots_.size() + 1 < mostKnots) pinEnds(at.x);
     const std::size_t index = placeOf(knots_, at.x);
     if (knots_.size() >= mostKnots) return std::min(index, knots_.size() - 1);
     if (!colors_.empty())

@@ -55,7 +55,9 @@ class KnotCurve final : public EditedCurve {
     void setValues(const Interval& values) { values_ = values; }
 
     void move(std::size_t knot, Curve::Knot to) override;
-    /// Adds a knot, in the colour of the curve at its place. If there are the most already, none is added.
+    /// Adds a knot, in the colour of the curve at its place; before the first one or behind the last also one
+    /// at that end of the axis, so that the rest stays as it is. If there are the most already, none is
+    /// added.
     std::size_t insert(Curve::Knot at) override;
     void remove(std::size_t knot) override;
     void choose(std::size_t knot) override { chosen_ = knot; }
@@ -73,6 +75,8 @@ class KnotCurve final : public EditedCurve {
     }
 
   private:
+    void pinEnds(double x);
+
     Interval values_;
     std::vector<Curve::Knot> knots_{{0.0, 0.0}};  // one at least
     std::vector<Color> colors_;

@@ -2,9 +2,12 @@
 #include <charconv>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <string>
 #include <variant>
 
+#include "client/shared/interrupt.h"
+#include "client/shared/server_line.h"
 #include "client/view/viewer.h"
 #include "protocol/cli/command.h"
 #include "protocol/scene/complain.h"
@@ -37,16 +40,18 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     const cli::Program program("mote-view shows the datasets of a mote-server.", "mote-view");
     const auto app = program.command();
     app.footer(
-        "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
-        "Keys: F fits the view, O toggles perspective, left and right change the step, space plays them, "
-        "Tab hides the panel, K shows the keyframes of a film.\n"
-        "Numbers: N shows them, L draws a lasso, H shows a histogram, P or Ctrl-click picks a point, Esc "
-        "ends a "
-        "tool.\n\n"
+        "In the window ? shows all keys, Ctrl-K finds whatever can be done.\n\n"
         "Examples:\n"
+        "  mote-view run.h5\n"
+        "  mote-view plots/\n"
         "  mote-view --connect ~/.mote/connection.json\n"
         "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still\n"
         "  mote-view --connect c.json --film film.json");
+    app.option(
+        "TARGET", options.target,
+        "A folder of datasets, a dataset, or a file of a run, a volume or a mesh, which is prepared into a "
+        "cache: shown by a server that this program starts and ends");
+    app.option("--spawn", options.spawn, "A root of a server that this program starts and ends, NAME=DIR");
     app.option("--connect", options.connection, "Connection file of the server").showDefault();
     app.option("--view", options.view,
                "A saved view (JSON) to start with, or a script, of which the first is shown");
@@ -56,11 +61,12 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     app.option("--save-view", options.saveView,
                "Save the view once the exact picture is shown; a file that is there stays, and is an error");
     app.flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
-    const auto checkSize = [&]() -> Status {
-        if (size.empty() || parseSize(size, options)) return success();
-        return Error{ErrorCode::invalidArgument, "--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each"};
+    const auto check = [&]() -> Status {
+        if (!size.empty() && !parseSize(size, options))
+            return invalid("--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each");
+        return options.target ? resolveTarget(options) : success();
     };
-    if (const auto end = program.parse(argc, argv, checkSize)) return *end;
+    if (const auto end = program.parse(argc, argv, check)) return *end;
     return options;
 }
 
@@ -72,7 +78,20 @@ int main(int argc, char** argv) {
     try {
         const auto parsed = parseViewOptions(argc, argv);
         if (const int* status = std::get_if<int>(&parsed)) return *status;
-        Viewer viewer(std::get<ViewOptions>(parsed));
+        auto options = std::get<ViewOptions>(parsed);
+        std::unique_ptr<PrivateServer> server;  // outlives the viewer
+        if (!options.spawn.empty()) {
+            const Interrupt interrupt;  // while it starts
+            auto started =
+                PrivateServer::start("mote-view", {serverBesideUs(), options.spawn, {}, 0}, interrupt);
+            if (!started.ok()) {
+                mote::complain("mote-view", started.error().toString());
+                return 1;
+            }
+            server = *std::move(started);
+            options.connection = server->connectionFile();
+        }
+        Viewer viewer(options);
         if (!viewer.loaded().ok()) {
             mote::complain("mote-view", viewer.loaded().error().toString());
             return 1;

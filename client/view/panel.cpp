@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "client/shared/jobs.h"
-#include "client/view/camera_control.h"
+#include "client/view/slider_values.h"
 #include "protocol/scene/dataset.h"
 
 namespace mote::client {
@@ -32,10 +32,39 @@ std::string linkName(double bytesPerSecond) {
     return bytesPerSecond > 125e6 ? "local" : metric(8.0 * bytesPerSecond, "bit/s");
 }
 
+/// A button that does what a command of the viewer does; `label` where it says more.
+void commandButton(PanelActions& actions, const char* command, const char* label = nullptr) {
+    if (ImGui::Button(label != nullptr ? label : command)) actions.command = command;
+    if (label != nullptr && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command);
+}
+
+/// What is always at hand.
+void drawMenu(ViewFiles& files, PanelActions& actions, float scale) {
+    commandButton(actions, "Open view...", "Open...");
+    ImGui::SameLine();
+    commandButton(actions, "Save view...", "Save...");
+    ImGui::SameLine();
+    commandButton(actions, "Undo");
+    ImGui::SameLine();
+    commandButton(actions, "Redo");
+    ImGui::SameLine();
+    commandButton(actions, "Commands", "Do...");
+    ImGui::SameLine();
+    commandButton(actions, "Keys", "?");
+    actions.openViewFrom = files.opening.draw(scale);
+    actions.saveViewTo = files.saving.draw(scale);
+    actions.openStyleFrom = files.openingStyle.draw(scale);
+    actions.saveStyleTo = files.savingStyle.draw(scale);
+    actions.savePictureTo = files.savingPicture.draw(scale, [&] {
+        ImGui::SetNextItemWidth(160.0F * scale);
+        ImGui::InputInt2("pixels across and down", files.pictureSize.data());
+    });
+}
+
 void drawConnection(const ServerState& server, PanelActions& actions) {
     dim(server.connection);
     if (!server.connected) {
-        actions.reconnect = ImGui::Button("Connect now");
+        commandButton(actions, "Connect now");
     } else {
         text(fmt::format("{:.1f} frames/s   {:.1f} ms   {}", server.framesPerSecond, server.roundTripMs,
                          metric(server.bytesPerSecond, "B/s")));
@@ -46,11 +75,6 @@ void drawConnection(const ServerState& server, PanelActions& actions) {
                          frame.width(), frame.height(), frame.final() ? "exact" : "refining"));
         text(fmt::format("{}   link {}", encodingName(frame.encoding()),
                          linkName(frame.link_bytes_per_second())));
-    }
-    if (!server.message.empty()) {
-        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
-        ImGui::TextWrapped("%s", server.message.c_str());
-        ImGui::PopStyleColor();
     }
 }
 
@@ -64,21 +88,6 @@ void drawOddStep(ViewModel& model, PanelActions& actions) {
     if (!ImGui::Button(fmt::format("Show step {}", last).c_str())) return;
     model.setStep(last);
     actions.viewChanged = true;
-}
-
-void drawSteps(ViewModel& model, Playback& playback, PanelActions& actions) {
-    const auto last = static_cast<std::uint32_t>(model.steps()) - 1, least = 0U;
-    std::uint32_t step = model.step();
-    const bool moved = ImGui::SliderScalar("step", ImGuiDataType_U32, &step, &least, &last, "%u",
-                                           ImGuiSliderFlags_AlwaysClamp);
-    note(actions, moved);
-    if (moved) model.setStep(step);
-    if (ImGui::Button(playback.playing ? "Pause (space)" : "Play (space)"))
-        playback.playing = !playback.playing;
-    ImGui::SameLine();
-    ImGui::SetNextItemWidth(-95.0F * ImGui::GetFontSize() / 14.0F);
-    ImGui::SliderFloat("steps a second", &playback.stepsPerSecond, 0.5F, 60.0F, "%.1f",
-                       ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
 }
 
 /// Where several kinds of layers draw the dataset.
@@ -100,14 +109,13 @@ void drawKinds(ViewModel& model, const proto::Manifest& manifest, PanelActions& 
 }
 
 /// `facts`: also what the shown step holds, and its axes.
-void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer, bool facts) {
+void drawDataset(ViewModel& model, LayerPanel& layer, bool facts) {
     if (!section("Dataset")) return;
     std::vector<std::string_view> names;
     for (const auto& entry : layer.server.catalogue.datasets()) names.emplace_back(entry.name());
     std::string chosen = model.dataset();
-    if (chooseName("plot", chosen, names)) layer.actions.openDataset = chosen;
-    if (!layer.server.shown) return;
-    if (model.steps() > 1) drawSteps(model, playback, layer.actions);
+    if (chooseName("dataset", chosen, names)) layer.actions.openDataset = chosen;
+    if (!layer.server.shown || !model.isDescribed()) return;
     drawOddStep(model, layer.actions);
     layer.step = model.step();
     if (!facts) return;
@@ -115,37 +123,144 @@ void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer, bool f
     model.editor().drawFacts(layer);
 }
 
-void drawFiles(ViewFiles& files, PanelActions& actions, float scale) {
-    if (ImGui::Button("Open view...")) files.opening.open();
+/// A list of what there is to draw; the name that was chosen.
+std::optional<std::string> chooseDataset(const char* popup, const ServerState& server) {
+    std::optional<std::string> chosen;
+    if (!ImGui::BeginPopup(popup)) return chosen;
+    for (const auto& entry : server.catalogue.datasets()) {
+        if (ImGui::Selectable(fmt::format("{}  ({})", entry.name(), entry.kind()).c_str()))
+            chosen = entry.name();
+    }
+    ImGui::EndPopup();
+    return chosen;
+}
+
+bool isMissing(const ServerState& server, const std::string& dataset) {
+    const auto& known = server.catalogue.datasets();
+    return !dataset.empty() && server.connected &&
+           std::ranges::none_of(known, [&](const auto& entry) { return entry.name() == dataset; });
+}
+
+/// An eye, a name that is dragged to another place; the topmost is drawn last.
+void drawLayerRow(ViewModel& model, int index, const LayerPanel& panel) {
+    const std::string dataset = model.layers().Get(index).dataset();
+    const auto shownKind = model.layers().Get(index).kind_case();
+    ImGui::PushID(index);
+    bool shown = model.isShown(index);
+    if (ImGui::Checkbox("##eye", &shown)) {
+        model.setShown(index, shown);
+        panel.actions.viewChanged = true;
+    }
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("shown in the picture");
     ImGui::SameLine();
-    if (ImGui::Button("Save view..."))
-        files.saving.open(files.saving.hasPath() ? "" : freshPath("view.json"));
-    actions.openViewFrom = files.opening.draw(scale);
-    actions.saveViewTo = files.saving.draw(scale);
+    const bool missing = isMissing(panel.server, dataset);
+    const auto& kind = proto::Layer::descriptor()->FindFieldByNumber(shownKind)->name();
+    const auto name = fmt::format("{}{}  {}", dataset, missing ? " (missing)" : "", kind);
+    if (missing) ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+    if (ImGui::Selectable(name.c_str(), index == model.chosen())) model.choose(index);
+    if (missing) ImGui::PopStyleColor();
+    if (ImGui::BeginDragDropSource()) {
+        ImGui::SetDragDropPayload("layer", &index, sizeof index);
+        text(name);
+        ImGui::EndDragDropSource();
+    }
+    if (ImGui::BeginDragDropTarget()) {
+        if (const auto* dropped = ImGui::AcceptDragDropPayload("layer")) {
+            model.moveLayer(*static_cast<const int*>(dropped->Data), index);
+            panel.actions.viewChanged = true;
+        }
+        ImGui::EndDragDropTarget();
+    }
+    ImGui::PopID();
+}
+
+void drawLayers(ViewModel& model, const LayerPanel& panel) {
+    if (!section("Layers")) return;
+    const int count = model.layers().size();
+    for (int i = model.layers().size() - 1; i >= 0 && model.layers().size() == count; --i)
+        if (model.layers().Get(i).kind_case() != proto::Layer::KIND_NOT_SET) drawLayerRow(model, i, panel);
+    if (ImGui::Button("Add...")) ImGui::OpenPopup("add");
+    panel.actions.addDataset = chooseDataset("add", panel.server);
+    ImGui::SameLine();
+    ImGui::BeginDisabled(model.layers().empty());
+    if (ImGui::Button("Duplicate")) {
+        model.duplicateLayer(model.chosen());
+        panel.actions.viewChanged = true;
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("Replace...")) ImGui::OpenPopup("replace");
+    panel.actions.replaceDataset = chooseDataset("replace", panel.server);
+    ImGui::SameLine();
+    if (ImGui::Button("Remove")) {
+        model.removeLayer(model.chosen());
+        panel.actions.viewChanged = true;
+    }
+    ImGui::EndDisabled();
+    if (model.layers().empty()) return dim("Nothing is drawn: add a dataset.");
+    auto opacity = static_cast<float>(model.layer().has_opacity() ? model.layer().opacity() : 1.0);
+    const float before = opacity;
+    slider(panel.actions, "layer's opacity", opacity, 0.0F, 1.0F);
+    if (opacity != before) model.setOpacity(model.chosen(), share(decimal(opacity)));
+    text("style");
+    ImGui::SameLine();
+    commandButton(panel.actions, "Copy style", "Copy");
+    ImGui::SameLine();
+    commandButton(panel.actions, "Paste style", "Paste");
+    ImGui::SameLine();
+    commandButton(panel.actions, "Open style...", "Open...");
+    ImGui::SameLine();
+    commandButton(panel.actions, "Save style...", "Save...");
+}
+
+/// Three numbers of the camera that are typed.
+bool typeNumbers(const char* label, glm::dvec3& numbers) {
+    return ImGui::InputScalarN(label, ImGuiDataType_Double, &numbers[0], 3, nullptr, nullptr, "%.6g",
+                               ImGuiInputTextFlags_EnterReturnsTrue);
+}
+
+void drawTypedCamera(ViewModel& model, PanelActions& actions) {
+    if (!ImGui::TreeNode("by numbers")) return;
+    auto camera = model.camera(1.0);
+    bool typed = typeNumbers("eye", camera.eye);
+    typed |= typeNumbers("target", camera.target);
+    typed |= typeNumbers("up", camera.up);
+    double& span = camera.perspective() ? camera.fovYDegrees : *camera.orthographicHeight;
+    typed |= ImGui::InputDouble(camera.perspective() ? "angle, deg" : "height", &span, 0.0, 0.0, "%.6g",
+                                ImGuiInputTextFlags_EnterReturnsTrue);
+    if (typed && parseCamera(toProto(camera)).ok()) {  // others are no cameras
+        model.setCamera(camera);
+        actions.viewChanged = true;
+    }
+    ImGui::TreePop();
 }
 
 void drawCamera(ViewModel& model, PanelActions& actions) {
-    if (!section("View")) return;
-    if (ImGui::Button("Fit (F)")) {
-        model.fit();
-        actions.viewChanged = true;
-    }
+    if (!section("Camera")) return;
+    commandButton(actions, "Fit", "Fit (F)");
     ImGui::SameLine();
-    const auto camera = model.camera(1.0);
-    if (ImGui::Button(camera.perspective() ? "Orthographic (O)" : "Perspective (O)")) {
-        model.setCamera(toggleProjection(camera));
-        actions.viewChanged = true;
-    }
-    actions.toggleFilm = ImGui::Button("Film (K)");
+    commandButton(actions, "Other projection",
+                  model.camera(1.0).perspective() ? "Orthographic (O)" : "Perspective (O)");
+    ImGui::SameLine();
+    commandButton(actions, "Film", "Film (K)");
+    commandButton(actions, "Save picture...");
+    ImGui::SameLine();
+    commandButton(actions, "Copy the command that makes this picture", "Copy command");
+    commandButton(actions, "Camera before", "<");
+    ImGui::SameLine();
+    commandButton(actions, "Camera after", ">");
     ImGui::SameLine();
     text("from");
-    constexpr std::array<const char*, 6> sides{"-x", "+x", "-y", "+y", "-z", "+z"};
-    for (std::size_t i = 0; i < sides.size(); ++i) {
+    constexpr std::array<std::array<const char*, 2>, 6> sides{{{"Look from -x", "-x"},
+                                                               {"Look from +x", "+x"},
+                                                               {"Look from -y", "-y"},
+                                                               {"Look from +y", "+y"},
+                                                               {"Look from -z", "-z"},
+                                                               {"Look from +z", "+z"}}};
+    for (const auto& [command, label] : sides) {
         ImGui::SameLine();
-        if (!ImGui::Button(sides[i])) continue;
-        model.setCamera(lookFrom(model.camera(1.0), static_cast<int>(i / 2), i % 2 != 0));
-        actions.viewChanged = true;
+        commandButton(actions, command, label);
     }
+    drawTypedCamera(model, actions);
 }
 
 void drawJobs(const ServerState& server, PanelActions& actions) {
@@ -172,11 +287,11 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
 }
 
 /// Two sides of the panel, as tabs where the layer has numbers.
-void drawSides(ViewModel& model, NumbersEditor& numbers, ViewFiles& files, LayerPanel& layer) {
+void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
     const auto drawPicture = [&] {
         if (model.kind() != proto::Layer::KIND_NOT_SET) model.editor().draw(layer);
         drawCamera(model, layer.actions);
-        drawFiles(files, layer.actions, layer.scale);
+        drawAnnotations(layer.actions, model.numbers.annotations);
         drawJobs(layer.server, layer.actions);
     };
     if (!layer.server.shown || model.kind() != proto::Layer::kParticles) return drawPicture();
@@ -196,8 +311,8 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, ViewFiles& files, Layer
 
 }  // namespace
 
-PanelActions drawPanel(ViewModel& model, Playback& playback, NumbersEditor& numbers, ViewFiles& files,
-                       const ServerState& server, float scale) {
+PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, ViewFiles& files, const ServerState& server,
+                       float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
     ImGui::SetNextWindowSize({panelWidth * scale, display.y});
@@ -205,10 +320,13 @@ PanelActions drawPanel(ViewModel& model, Playback& playback, NumbersEditor& numb
     ImGui::PushItemWidth(-95.0F * scale);
     PanelActions actions;
     LayerPanel layer{server, model.step(), model.camera(1.0).eye, scale, model.background, actions};
+    drawMenu(files, actions, scale);
     drawConnection(server, actions);
     // Numbers need the room.
-    drawDataset(model, playback, layer, !(numbers.open && model.kind() == proto::Layer::kParticles));
-    drawSides(model, numbers, files, layer);
+    const bool roomy = !(numbers.open && model.kind() == proto::Layer::kParticles);
+    drawDataset(model, layer, roomy);
+    if (roomy) drawLayers(model, layer);
+    drawSides(model, numbers, layer);
     ImGui::PopItemWidth();
     ImGui::End();
     return actions;

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
+#include "protocol/scene/color_map.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::client {
@@ -131,6 +133,36 @@ void angleSliders(PanelActions& actions, const char* name, LightAngles& angles) 
 void nameList(PanelActions& actions, const char* label, std::string& chosen,
               std::span<const std::string_view> names) {
     note(actions, chooseName(label, chosen, names));
+}
+
+bool chooseColorMap(const char* label, std::string& chosen) {
+    bool changed = false;
+    if (!ImGui::BeginCombo(label, chosen.c_str(), ImGuiComboFlags_HeightLarge)) return false;
+    constexpr int pieces = 32;
+    const float letter = ImGui::GetFontSize(), width = 6.0F * letter / pieces;
+    for (const std::string_view name : ColorMap::names()) {
+        const auto map = ColorMap::find(name);
+        const ImVec2 at = ImGui::GetCursorScreenPos();
+        for (int i = 0; map.ok() && i < pieces; ++i) {
+            const auto color = linearToSrgb((*map)((i + 0.5) / pieces));
+            const ImVec4 shown(static_cast<float>(color.x), static_cast<float>(color.y),
+                               static_cast<float>(color.z), 1.0F);
+            const float left = at.x + width * static_cast<float>(i);
+            ImGui::GetWindowDrawList()->AddRectFilled({left, at.y}, {left + width + 1.0F, at.y + letter},
+                                                      ImGui::ColorConvertFloat4ToU32(shown));
+        }
+        ImGui::Dummy({6.5F * letter, letter});
+        ImGui::SameLine();
+        if (!ImGui::Selectable(std::string(name).c_str(), name == chosen) || name == chosen) continue;
+        chosen = name;
+        changed = true;
+    }
+    ImGui::EndCombo();
+    return changed;
+}
+
+void colorMapList(PanelActions& actions, const char* label, std::string& chosen) {
+    note(actions, chooseColorMap(label, chosen));
 }
 
 namespace {
@@ -259,6 +291,22 @@ bool edit(const Plot& plot, EditedCurve& curve) {
     return true;
 }
 
+/// The numbers of the knot that was last taken hold of.
+bool typeKnot(EditedCurve& curve, const CurveEditorLook& look, float width) {
+    const int held = ImGui::GetStateStorage()->GetInt(ImGui::GetID("held"), -1);
+    if (held < 0 || static_cast<std::size_t>(held) >= curve.knots().size()) return false;
+    auto knot = curve.knots()[static_cast<std::size_t>(held)];
+    bool typed = false;
+    const float each = 0.25F * width;
+    for (const auto& [name, value] : {std::pair{look.xName, &knot.x}, {look.yName, &knot.y}}) {
+        ImGui::SetNextItemWidth(each);
+        typed |= ImGui::InputDouble(name, value, 0.0, 0.0, "%.6g", ImGuiInputTextFlags_EnterReturnsTrue);
+        if (value == &knot.x) ImGui::SameLine();
+    }
+    if (typed) curve.move(static_cast<std::size_t>(held), knot);
+    return typed;
+}
+
 }  // namespace
 
 bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look) {
@@ -266,7 +314,7 @@ bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look
     const float width = ImGui::GetContentRegionAvail().x;
     const Plot plot{ImGui::GetCursorScreenPos(), {width, look.height}, look.axis, look.rootAxis};
     ImGui::InvisibleButton("plot", {width, look.height});
-    const bool changed = edit(plot, curve);
+    bool changed = edit(plot, curve);
     if (ImGui::IsItemHovered()) {
         const auto at = plot.from(ImGui::GetIO().MousePos);
         ImGui::SetTooltip("%s",
@@ -284,6 +332,7 @@ bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look
     draw.PopClipRect();
     if (look.color) drawStrip(draw, plot, look.color);
     ImGui::Dummy({width, stripHeight});
+    changed |= typeKnot(curve, look, width);
     ImGui::PopID();
     return changed;
 }

@@ -23,15 +23,16 @@ namespace mote::client {
 struct PanelActions {
     bool viewChanged = false;  ///< the model was edited
     bool editing = false;      ///< and a control is still held
-    std::optional<std::filesystem::path> openViewFrom, saveViewTo;
-    bool toggleFilm = false;  ///< the keyframes are shown, or hidden
-    bool reconnect = false;
-    std::optional<std::string> openDataset;  ///< a name of the catalogue
-    std::optional<AxisNames> plot;           ///< other axes of the shown run
-    std::optional<std::string> cancelJob;    ///< an id
-    std::optional<std::string> retryJob;     ///< an id
-    bool moreJobs = false;                   ///< the next page of them
-    std::optional<std::string> saveFilm;     ///< an id
+    std::optional<std::filesystem::path> openViewFrom, saveViewTo, openStyleFrom, saveStyleTo, savePictureTo;
+    const char* command = nullptr;              ///< a name of the viewer's list
+    std::optional<std::string> openDataset;     ///< a name of the catalogue, to be worked on
+    std::optional<std::string> addDataset;      ///< likewise, to be drawn as well
+    std::optional<std::string> replaceDataset;  ///< likewise, that the chosen layer is to draw
+    std::optional<AxisNames> plot;              ///< other axes of the shown run
+    std::optional<std::string> cancelJob;       ///< an id
+    std::optional<std::string> retryJob;        ///< an id
+    bool moreJobs = false;                      ///< the next page of them
+    std::optional<std::string> saveFilm;        ///< an id
 };
 
 void text(const std::string& line);
@@ -73,6 +74,11 @@ void nameList(PanelActions& actions, const char* label, std::string& chosen,
 /// The list alone; true if another one was chosen.
 bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names);
 
+/// A list of colour maps, each with its colours; true if another one was chosen.
+bool chooseColorMap(const char* label, std::string& chosen);
+/// The same, noted.
+void colorMapList(PanelActions& actions, const char* label, std::string& chosen);
+
 struct CurveEditorLook {
     const char* xName;
     const char* yName;
@@ -85,8 +91,8 @@ struct CurveEditorLook {
 };
 
 /// Draws a transfer function as a widget, with a histogram behind it, over the width that is left: a knot is
-/// dragged, a click on the curve adds one, a right click on a knot removes it; true if the curve was
-/// changed.
+/// dragged, a click on the curve adds one, a right click on a knot removes it; below it are the numbers of
+/// the knot that was last taken hold of, to be typed. True if the curve was changed.
 bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look);
 
 }  // namespace mote::client

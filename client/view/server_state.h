@@ -23,7 +23,6 @@ struct ServerState {
     std::optional<proto::Frame> frame;        ///< header of the picture on the screen
     std::vector<proto::JobStatus> jobs;       ///< newest first
     std::uint64_t allJobs = 0;                ///< how many the server knows
-    std::string message;                      ///< the last failure or news, one sentence
 };
 
 }  // namespace mote::client

@@ -58,7 +58,7 @@ std::optional<std::filesystem::path> PathPrompt::decide(bool pressed) {
     return path;
 }
 
-std::optional<std::filesystem::path> PathPrompt::draw(float scale) {
+std::optional<std::filesystem::path> PathPrompt::draw(float scale, const std::function<void()>& more) {
     if (std::exchange(opening_, false)) ImGui::OpenPopup(title_.c_str());
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 3.0F}, ImGuiCond_Always, {0.5F, 0.5F});
@@ -69,6 +69,7 @@ std::optional<std::filesystem::path> PathPrompt::draw(float scale) {
     ImGui::SetNextItemWidth(-1.0F);
     const bool entered =
         ImGui::InputText("##path", typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+    if (more) more();
     const bool pressed = ImGui::Button(verb_.c_str()) || entered;
     ImGui::SameLine();
     const bool given = ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -35,7 +36,8 @@ class PathPrompt {
     bool agreed(const std::filesystem::path& path) const { return agreed_ == path; }
 
     /// Draws it while it is open; the path, in the frame in which the user wants it.
-    std::optional<std::filesystem::path> draw(float scale);
+    /// `more` draws what is to be chosen beside the path.
+    std::optional<std::filesystem::path> draw(float scale, const std::function<void()>& more = {});
 
   private:
     void offer(const std::string& path);
@@ -53,6 +55,10 @@ class PathPrompt {
 struct ViewFiles {
     PathPrompt opening{"Open view", "Open", "view.json", false};
     PathPrompt saving{"Save view", "Save", "", true};
+    PathPrompt openingStyle{"Open style", "Open", "style.json", false};
+    PathPrompt savingStyle{"Save style", "Save", "style.json", true};
+    PathPrompt savingPicture{"Save picture", "Save", "picture.png", true};
+    std::array<int, 2> pictureSize{1920, 1080};  ///< pixels, of the next one
 };
 
 /// `usual`, or with the first number behind it that no file has: "view-2.json".

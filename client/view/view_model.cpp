@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/view_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,6 +14,11 @@
 
 namespace mote::client {
 namespace {
+
+Bounds boundsOf(const FilmDatasets& known, const std::string& dataset) {
+    const auto found = known.find(dataset);
+    return found != known.end() ? found->second.bounds : plotBounds;
+}
 
 /// A saved view may leave its size to the window.
 proto::View sized(proto::View view) {
@@ -27,29 +34,143 @@ ViewModel::ViewModel() {
     setKind(proto::Layer::kParticles);
 }
 
-Status ViewModel::load(const proto::View& view) {
+Status ViewModel::load(const proto::View& view, bool fromFile) {
     MOTE_ASSIGN_OR_RETURN(const auto parsed, parseView(sized(view)));
-    const bool empty = view.layers().empty();
-    auto editor = makeLayerEditor(empty ? proto::Layer::kParticles : view.layers(0).kind_case());
-    if (!editor) return Error{ErrorCode::unsupported, "layers[0]", "this viewer cannot edit such a layer"};
+    for (int i = 0; i < view.layers_size(); ++i) {
+        if (makeLayerEditor(view.layers(i).kind_case()) == nullptr)
+            return Error{ErrorCode::unsupported, fmt::format("layers[{}]", i),
+                         "this viewer cannot edit such a layer"};
+    }
     message_ = view;
-    loaded_ = true;
+    loaded_ = fromFile;
+    hadDataset_ = false;
+    ++jumps_;
+    served_.reset();
     cameraSet_ = view.has_camera();
     camera_ = parsed.camera;
     background = shownColor(view.background(), parsed.background);
-    editor_ = std::move(editor);
-    if (!empty) editor_->read(layer());
-    numbers.read(view);
-    before_ = written();
+    adopt(chosen_);
     return success();
 }
 
+void ViewModel::adopt(int chosen) {
+    chosen_ = std::clamp(chosen, 0, std::max(message_.layers_size() - 1, 0));
+    const bool empty = message_.layers().empty();
+    editor_ = makeLayerEditor(empty ? proto::Layer::kParticles : layer().kind_case());
+    if (!empty) editor_->read(layer());
+    numbers.read(message_, chosen_);
+    described_ = false;
+    before_ = written();
+}
+
+void ViewModel::choose(int index) {
+    if (index == chosen_ || index < 0 || index >= message_.layers_size()) return;
+    settle();
+    adopt(index);
+}
+
+void ViewModel::addLayer(const std::string& dataset, const proto::Manifest& manifest) {
+    const auto kinds = layersThatDraw(manifest.kind());
+    if (kinds.empty()) return setDataset(dataset, manifest);  // the server says why it cannot
+    settle();
+    know(dataset, manifest);
+    auto& added = *message_.add_layers();
+    added.set_dataset(dataset);
+    makeLayerEditor(kinds.front())->write(added);
+    adopt(message_.layers_size() - 1);
+}
+
+void ViewModel::duplicateLayer(int index) {
+    settle();
+    *message_.add_layers() = proto::Layer(message_.layers(index));
+    for (int i = message_.layers_size() - 1; i > index + 1; --i)
+        message_.mutable_layers()->SwapElements(i, i - 1);
+    adopt(index + 1);
+}
+
+void ViewModel::removeLayer(int index) {
+    settle();
+    message_.mutable_layers()->DeleteSubrange(index, 1);
+    adopt(chosen_ > index ? chosen_ - 1 : chosen_);
+}
+
+void ViewModel::moveLayer(int from, int to) {
+    settle();
+    for (int i = from; i != to; i += to > from ? 1 : -1)
+        message_.mutable_layers()->SwapElements(i, i + (to > from ? 1 : -1));
+    adopt(to);
+}
+
+void ViewModel::keepOnlyChosen() {
+    if (message_.layers_size() < 2) return;
+    settle();
+    proto::Layer kept = layer();
+    message_.clear_layers();
+    message_.add_layers()->Swap(&kept);
+    adopt(0);
+}
+
+namespace {
+
+const google::protobuf::FieldDescriptor& kindField(proto::Layer::KindCase kind) {
+    return *proto::Layer::descriptor()->FindFieldByNumber(kind);
+}
+
+}  // namespace
+
+proto::Layer ViewModel::style() const {
+    proto::Layer style;
+    if (kind() == proto::Layer::KIND_NOT_SET) return style;
+    const auto whole = edited();
+    const auto& from = whole.layers(chosen_);
+    const auto& field = kindField(kind());
+    style.GetReflection()
+        ->MutableMessage(&style, &field)
+        ->CopyFrom(from.GetReflection()->GetMessage(from, &field));
+    return style;
+}
+
+Status ViewModel::setStyle(const proto::Layer& style) {
+    if (style.kind_case() != kind() || kind() == proto::Layer::KIND_NOT_SET)
+        return invalid("style", "it is one of another kind of layer");
+    auto changed = edited();
+    auto& to = *changed.mutable_layers(chosen_);
+    const auto& field = kindField(kind());
+    to.GetReflection()
+        ->MutableMessage(&to, &field)
+        ->CopyFrom(style.GetReflection()->GetMessage(style, &field));
+    MOTE_RETURN_IF_ERROR(parseView(sized(changed)));
+    message_ = changed;
+    adopt(chosen_);
+    return success();
+}
+
+bool ViewModel::isShown(int index) const {
+    const auto& layer = message_.layers(index);
+    return !layer.has_opacity() || layer.opacity() > 0.0;
+}
+
+void ViewModel::setOpacity(int index, double opacity) {
+    settle();
+    auto& layer = *message_.mutable_layers(index);
+    layer.set_opacity(opacity);
+    if (opacity >= 1.0) layer.clear_opacity();
+    before_ = written();
+}
+
+void ViewModel::setShown(int index, bool shown) {
+    const auto& layer = message_.layers(index);
+    if (!shown && isShown(index)) opacities_[layer.dataset()] = layer.has_opacity() ? layer.opacity() : 1.0;
+    const auto known = opacities_.find(layer.dataset());
+    setOpacity(index, !shown ? 0.0 : known != opacities_.end() ? known->second : 1.0);
+}
+
 const proto::Layer& ViewModel::layer() const {
-    return message_.layers().empty() ? proto::Layer::default_instance() : message_.layers(0);
+    return message_.layers().empty() ? proto::Layer::default_instance() : message_.layers(chosen_);
 }
 
 proto::Layer& ViewModel::mutableLayer() {
-    return message_.layers().empty() ? *message_.add_layers() : *message_.mutable_layers(0);
+    return message_.layers().empty() ? *message_.add_layers() : *message_.mutable_layers(chosen_);
 }
 
 proto::View ViewModel::written() const {
@@ -57,7 +178,7 @@ proto::View ViewModel::written() const {
     assignColor(view.mutable_background(), background);
     view.clear_camera();
     if (cameraSet_) *view.mutable_camera() = toProto(camera_);
-    if (!view.layers().empty()) editor_->write(*view.mutable_layers(0));
+    if (!view.layers().empty()) editor_->write(*view.mutable_layers(chosen_));
     numbers.write(view);
     return view;
 }
@@ -96,15 +217,18 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     const bool same = std::find(kinds.begin(), kinds.end(), layer().kind_case()) != kinds.end();
     if (name == dataset() && (same || loaded_)) return describe(manifest);
     settle();
+    const Bounds before = boundsOf(known_, dataset());
     mutableLayer().set_dataset(name);
     know(name, manifest);
+    ++jumps_;
+    served_.reset();
+    described_ = true;
     const bool otherKind = !same && setKind(kinds.empty() ? proto::Layer::kParticles : kinds.front());
-    steps_ = stepCount(manifest);
-    if (layer().towards().step() >= static_cast<std::uint32_t>(steps_)) mutableLayer().clear_towards();
-    setStep(std::min(step(), static_cast<std::uint32_t>(std::max(steps_, 1)) - 1));
-    const Bounds before = std::exchange(bounds_, datasetBounds(manifest));
+    if (layer().towards().step() >= static_cast<std::uint32_t>(steps())) mutableLayer().clear_towards();
+    const auto last = static_cast<std::uint32_t>(std::max(steps(), 1)) - 1;
+    if (step() > last) setStep(last);
     // They lie in spaces of their own; but a loaded camera is for the first.
-    if (otherKind || (std::exchange(described_, true) && bounds_ != before)) fit();
+    if (otherKind || (std::exchange(hadDataset_, true) && boundsOf(known_, name) != before)) fit();
     editor_->setDataset(manifest);
     numbers.setDataset(manifest.particles());
 }
@@ -114,17 +238,27 @@ std::optional<proto::Towards> ViewModel::towards() const {
 }
 
 void ViewModel::setStep(std::uint32_t step) {
-    if (step == layer().step()) return;
-    mutableLayer().clear_towards();
-    mutableLayer().set_step(step);
+    const auto before = layer().step();
+    if (step == before) return;
+    for (int i = 0; i < message_.layers_size(); ++i) {
+        auto& each = *message_.mutable_layers(i);
+        const bool along =
+            each.step() == before && step < static_cast<std::uint32_t>(stepsOf(each.dataset()));
+        if (i != chosen_ && !along) continue;
+        each.clear_towards();
+        each.set_step(step);
+    }
+}
+
+int ViewModel::stepsOf(const std::string& dataset) const {
+    const auto known = known_.find(dataset);
+    return known != known_.end() ? known->second.steps : 0;
 }
 
 void ViewModel::describe(const proto::Manifest& manifest) {
     settle();
     know(dataset(), manifest);
-    steps_ = stepCount(manifest);
-    bounds_ = datasetBounds(manifest);
-    described_ = true;
+    described_ = hadDataset_ = true;
     // Read anew, it is as in a view that was just loaded: a dataset brings what that leaves out, and no more.
     if (hasDataset() && parseView(sized(message_)).ok()) editor_->read(layer());
     editor_->setDataset(manifest);
@@ -165,6 +299,7 @@ bool ViewModel::setKind(proto::Layer::KindCase kind) {
 
 Camera ViewModel::camera(double aspect) const {
     if (cameraSet_) return camera_;
+    if (served_) return *served_;
     constexpr double usualHeight = 720.0;
     const double height = std::clamp(View::maxSide / aspect, 1.0, usualHeight);
     const auto pixels = [](double side) { return static_cast<std::uint32_t>(std::lround(side)); };
@@ -172,10 +307,30 @@ Camera ViewModel::camera(double aspect) const {
 }
 
 Camera ViewModel::fitted(const proto::View& view) const {
+    if (served_) return *served_;
     auto parsed = parseView(view);
-    if (!parsed.ok()) return fitCamera(bounds_, static_cast<double>(view.width()) / view.height());
+    if (!parsed.ok())
+        return fitCamera(boundsOf(known_, dataset()), static_cast<double>(view.width()) / view.height());
     fitToDatasets(*parsed, known_);
     return parsed->camera;
+}
+
+std::optional<Bounds> ViewModel::worldBounds() const {
+    std::optional<Bounds> all;
+    const auto parsed = parseView(sized(edited()));
+    if (!parsed.ok()) return all;
+    for (const auto& layer : parsed->layers) {
+        const auto known = known_.find(layer.dataset);
+        if (known == known_.end()) continue;
+        const auto box = known->second.bounds.transformed(layer.transform);
+        all = all ? all->united(box) : box;
+    }
+    return all;
+}
+
+void ViewModel::annotateAsUsual() {
+    numbers.annotations.set_axes(true);
+    numbers.annotations.set_color_bar(true);
 }
 
 void ViewModel::setCamera(const Camera& camera) {

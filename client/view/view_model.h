@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ViewModel: what the viewer shows: a view whose first layer the user edits; further layers of a loaded view
-// stay as they are, and so does every field that the user did not change: controls write what they hold of
-// the message twice, at first and now, and only what differs is an edit of it (apply_edits.h). Opens no
-// window and no connection; main thread.
+// ViewModel: what the viewer shows: a view, one of whose layers the user edits at a time. Every field that
+// the user did not change stays as it was: controls write what they hold of the message twice, at first and
+// now, and only what differs is an edit of it (apply_edits.h). So the view is one value: edited() is all of
+// it, and load() brings it back. Opens no window and no connection; main thread.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,8 +28,11 @@ class ViewModel {
   public:
     ViewModel();
 
-    /// Takes a saved view. Errors as parseView, and unsupported for a first layer that has no editor.
-    Status load(const proto::View& view);
+    /// Takes a view whole; `fromFile`: saved() then says no more than it did. The chosen layer stays the one
+    /// of its place. Errors as parseView, and unsupported for a layer that has no editor.
+    Status load(const proto::View& view, bool fromFile = true);
+    /// Counts views that were loaded and datasets that were exchanged: all may be another, the camera too.
+    std::uint64_t jumps() const { return jumps_; }
     /// As it was loaded, but for what the user has changed.
     proto::View edited() const;
     /// What a server is asked for at a size in pixels: without a camera it fits one to all layers.
@@ -40,6 +44,34 @@ class ViewModel {
 
     /// Something is to be seen: also a loaded view that has no layers.
     bool isLoaded() const { return loaded_; }
+
+    // Its layers, and which of them is edited: the chosen one. Indices are those of layers().
+
+    const google::protobuf::RepeatedPtrField<proto::Layer>& layers() const { return message_.layers(); }
+    int chosen() const { return chosen_; }
+    void choose(int index);
+    /// The chosen one; the usual one of a view without layers.
+    const proto::Layer& layer() const;
+    /// Draws a dataset as well, by its usual kind of layer, over all others; it is chosen.
+    void addLayer(const std::string& dataset, const proto::Manifest& manifest);
+    /// A copy above it, which is chosen.
+    void duplicateLayer(int index);
+    void removeLayer(int index);
+    /// The others keep their order; the one that is moved is chosen.
+    void moveLayer(int from, int to);
+    void keepOnlyChosen();
+    /// A layer of the chosen one's kind and style, and nothing else of it.
+    proto::Layer style() const;
+    /// The chosen layer has that style from now on. Errors: of another kind; as parseView.
+    Status setStyle(const proto::Layer& style);
+    /// One that is not shown has no opacity.
+    bool isShown(int index) const;
+    /// Shown again it has the opacity that it had, as long as this is the same model.
+    void setShown(int index, bool shown);
+    void setOpacity(int index, double opacity);
+
+    // Of the chosen layer:
+
     bool hasDataset() const { return !dataset().empty(); }
     const std::string& dataset() const { return layer().dataset(); }
     /// Shows another dataset, with the same look if the same kind of layer draws it; the step is kept where
@@ -47,35 +79,51 @@ class ViewModel {
     void setDataset(const std::string& name, const proto::Manifest& manifest);
     /// What is known of the dataset that is shown: of the view nothing changes.
     void describe(const proto::Manifest& manifest);
+    /// Its editor knows its dataset.
+    bool isDescribed() const { return described_; }
     /// Datasets of further layers that describe() was not told of; those that are known are not asked for.
     std::vector<std::string> unknownDatasets() const;
     /// Where a dataset of a further layer lies.
     void know(const std::string& name, const proto::Manifest& manifest);
-    /// The kind of the first layer.
     proto::Layer::KindCase kind() const { return layer().kind_case(); }
     /// Shows the dataset, whose manifest is given, by another kind of layer that draws it, every control at
     /// its default.
     void drawAs(proto::Layer::KindCase kind, const proto::Manifest& manifest);
     /// Steps of the dataset; none of one without time.
-    int steps() const { return steps_; }
+    int steps() const { return stepsOf(dataset()); }
+    /// Of a known one.
+    int stepsOf(const std::string& dataset) const;
     std::uint32_t step() const { return layer().step(); }
     /// Where a loaded layer is on its way to another step.
     std::optional<proto::Towards> towards() const;
-    /// A layer that was loaded between steps is there no more once another is chosen.
+    /// A layer that was loaded between steps is there no more once another is chosen. Other layers at the
+    /// same step that have the new one go along.
     void setStep(std::uint32_t step);
 
-    /// What is edited of the first layer, by its kind.
+    /// What is edited of it, by its kind.
     LayerEditor& editor() { return *editor_; }
 
-    /// The camera; fitted to all layers whose datasets are known until the user moves it.
+    /// The camera: until the user moves it the one that the server fitted, or before that is known one that
+    /// is fitted to all layers whose datasets are known.
     Camera camera(double aspect) const;
     void setCamera(const Camera& camera);
+    bool hasCamera() const { return cameraSet_; }
     void fit() { cameraSet_ = false; }
+    /// What the server fitted to the view without a camera.
+    void setServed(const Camera& camera) { served_ = camera; }
+    const std::optional<Camera>& served() const { return served_; }
+    /// The box around all layers whose datasets are known, world; nothing where none is.
+    std::optional<Bounds> worldBounds() const;
+
+    /// What a first picture says beside what it shows: axes and a colour bar.
+    void annotateAsUsual();
 
     std::array<float, 3> background{};  ///< sRGB-encoded
     NumbersModel numbers;               ///< selections, colours by a column, annotations
 
   private:
+    /// Edits another layer, or the same one anew.
+    void adopt(int chosen);
     /// True if the layer was of another kind.
     bool setKind(proto::Layer::KindCase kind);
     /// Makes the edits so far part of the message.
@@ -84,19 +132,21 @@ class ViewModel {
     proto::View written() const;
     /// Of a view that has a size and no camera.
     Camera fitted(const proto::View& view) const;
-    const proto::Layer& layer() const;
     proto::Layer& mutableLayer();
 
     proto::View message_;  // without the edits since before_
     proto::View before_;   // as controls wrote it when they were last told of it
     bool loaded_ = false;  // from a file; otherwise made here
+    int chosen_ = 0;
     std::unique_ptr<LayerEditor> editor_;
-    int steps_ = 0;
-    Bounds bounds_ = plotBounds;  // of the dataset, layer space
-    FilmDatasets known_;          // all that were described
-    bool described_ = false;      // there was a dataset before
+    FilmDatasets known_;       // all that were described
+    bool described_ = false;   // the editor was told of the dataset
+    bool hadDataset_ = false;  // since the view was loaded
+    std::uint64_t jumps_ = 0;
+    std::map<std::string, double> opacities_;  // of datasets whose layers are not shown, from before
     Camera camera_;
     bool cameraSet_ = false;
+    std::optional<Camera> served_;
 };
 
 }  // namespace mote::client

@@ -2,6 +2,7 @@
 #include "client/view/viewer.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -14,9 +15,10 @@
 namespace mote::client {
 namespace {
 
-constexpr double idleSeconds =
-    0.25;  // how long to sleep where nothing happens; input and frames wake at once
 constexpr double activeSeconds = 0.005;  // between looks while a gesture or a refinement is under way
+constexpr double idleSeconds = 0.25;     // while numbers of the line fall to rest, or a cursor blinks
+constexpr double restSeconds = 2.5;      // from what came last to rest: rates are of two seconds
+constexpr int settlingFrames = 3;        // that Dear ImGui takes to lay out what is new
 
 /// A server of a node that is down for the night is still waited for.
 constexpr std::chrono::hours untiringPatience{24 * 30};
@@ -52,7 +54,16 @@ Viewer::Viewer(const ViewOptions& options)
         if (loaded_.ok() && !options.view) loaded_ = model_.load(film_.film().keyframes().front().view);
         filmShown_ = true;
     }
+    desk_.setSubject(model_.dataset());
+    makeCommands();
     listen();
+    interactive_ = !options_.exitAfterStill && !options_.screenshot && !options_.saveView;
+    if (!interactive_) return;
+    auto what = options_.target.value_or(options_.connection);
+    if (!options_.spawn.empty() && !options_.target) what = fmt::format("{}", fmt::join(options_.spawn, " "));
+    const auto key = sessionKey(what);
+    offered_ = lastSession(sessionFolder(), key);
+    desk_.keepIn(sessionFolder(), key);
 }
 
 void Viewer::listen() {
@@ -66,13 +77,13 @@ void Viewer::listen() {
         server_.catalogue = catalogue;
         film_.setCatalogue(catalogue);
         numbers_.forget();
-        openAwaited();
+        noteAwaited();
     });
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
     connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
         if (film_.takeFailure(view)) return;
-        viewFailure_ = error.toString();
-        say(viewFailure_);
+        if (pictures_.erase(view) > 0) return say("The picture was not saved: " + error.toString());
+        viewFailure_ = said_ = error.toString();
         if (options_.exitAfterStill) exitStatus_ = 1;
     });
 }
@@ -82,8 +93,19 @@ void Viewer::askServer() {
         if (!reply.ok()) return say(reply.error().toString());
         server_.catalogue = *reply;
         film_.setCatalogue(*reply);
-        if (model_.hasDataset()) return openDataset(model_.dataset());
+        offerSession();
+        if (model_.hasDataset()) {  // what it is may be another now
+            return withDescription(model_.dataset(), [this](const proto::Description& description) {
+                film_.setDescription(description);
+                if (description.dataset() == model_.dataset())
+                    model_.setDataset(description.dataset(), description.manifest());
+                server_.shown = description;
+                say(std::exchange(note_, {}));
+                dirty_ = true;
+            });
+        }
         if (model_.isLoaded()) return;  // a view without layers
+        if (!options_.dataset.empty()) return openDataset(options_.dataset);
         if (reply->datasets().empty()) return say("the server has no datasets yet");
         openDataset(reply->datasets(0).name());
     });
@@ -95,24 +117,46 @@ void Viewer::askServer() {
     });
 }
 
-bool Viewer::openAwaited() {
+void Viewer::noteAwaited() {
     const auto& known = server_.catalogue.datasets();
     const auto isAwaited = [this](const auto& entry) { return entry.name() == awaitedDataset_; };
-    if (awaitedDataset_.empty() || std::none_of(known.begin(), known.end(), isAwaited)) return false;
-    openDataset(std::exchange(awaitedDataset_, {}));
-    return true;
+    if (awaitedDataset_.empty() || std::none_of(known.begin(), known.end(), isAwaited)) return;
+    const auto name = std::exchange(awaitedDataset_, {});
+    notes_.add({name + " is made.", {{"Open it", [this, name] { openDataset(name); }}}});
+}
+
+void Viewer::withDescription(const std::string& name, std::function<void(const proto::Description&)> take) {
+    connection_.describe(name, [this, take = std::move(take)](Result<proto::Description> reply) {
+        if (reply.ok()) {
+            film_.setDescription(*reply);
+            return take(*reply);
+        }
+        if (options_.exitAfterStill) exitStatus_ = 1;
+        say(reply.error().toString());
+    });
 }
 
 void Viewer::openDataset(const std::string& name) {
-    connection_.describe(name, [this, name](Result<proto::Description> reply) {
-        if (!reply.ok()) {
-            if (options_.exitAfterStill) exitStatus_ = 1;
-            return say(reply.error().toString());
+    if (name == desk_.subject() && name == model_.dataset()) return;
+    if (const auto* kept = desk_.kept(name)) {
+        const proto::View view = *kept;
+        desk_.setSubject(name);
+        return showView(view, false);
+    }
+    setDataset(name, true);
+}
+
+void Viewer::setDataset(const std::string& name, bool alone) {
+    withDescription(name, [this, name, alone](const proto::Description& description) {
+        if (alone) {
+            model_.keepOnlyChosen();
+            desk_.setSubject(name);
         }
-        film_.setDescription(*reply);
-        server_.shown = *std::move(reply);
+        const bool first = !server_.shown && !model_.isLoaded();
+        server_.shown = description;
         const auto step = model_.step();
-        model_.setDataset(name, server_.shown->manifest());
+        model_.setDataset(name, description.manifest());
+        if (first) model_.annotateAsUsual();
         say(std::exchange(note_, {}));
         if (model_.step() != step)
             say(fmt::format("{} has no step {}: step {} is shown", name, step, model_.step()));
@@ -121,8 +165,15 @@ void Viewer::openDataset(const std::string& name) {
     });
 }
 
-void Viewer::showView(const proto::View& view) {
-    const auto loaded = model_.load(view);
+void Viewer::addDataset(const std::string& name) {
+    withDescription(name, [this, name](const proto::Description& description) {
+        model_.addLayer(name, description.manifest());
+        dirty_ = true;
+    });
+}
+
+void Viewer::showView(const proto::View& view, bool fromFile) {
+    const auto loaded = model_.load(view, fromFile);
     if (!loaded.ok()) return say(loaded.error().toString());
     dirty_ = true;
     describeShown();
@@ -136,22 +187,26 @@ void Viewer::learnDatasets() {
     }
 }
 
-/// What the panel says of the dataset in the view, once it is known.
+/// What the panel says of the dataset of the chosen layer, once it is known.
 void Viewer::describeShown() {
+    if (model_.isDescribed() || !model_.hasDataset()) return;
     const auto* description = film_.description(model_.dataset());
+    if (server_.shown && server_.shown->dataset() != model_.dataset()) server_.shown.reset();
     if (description == nullptr) return;
-    if (!server_.shown || server_.shown->dataset() != model_.dataset()) {
-        server_.shown = *description;
-        window_.setTitle(fmt::format("{} - Mote", model_.dataset()));
-    }
+    server_.shown = *description;
+    window_.setTitle(fmt::format("{} - Mote", model_.dataset()));
     model_.describe(description->manifest());
+    dirty_ = true;
 }
 
 void Viewer::plot(const AxisNames& axes) {
     const auto request = replotRequest(*server_.shown, axes);
     if (!request) return say("the run of this plot is not within the server's reach");
-    awaitedDataset_ = datasetName(*request);
-    if (openAwaited()) return;
+    const auto name = datasetName(*request);
+    const auto& known = server_.catalogue.datasets();
+    if (std::ranges::any_of(known, [&](const auto& entry) { return entry.name() == name; }))
+        return openDataset(name);
+    awaitedDataset_ = name;
     connection_.submitJob(*request, [this](Result<proto::JobStatus> reply) {
         if (reply.ok()) return replaceJob(*reply);
         awaitedDataset_.clear();
@@ -171,12 +226,30 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
     }
     const bool ours = !awaitedDataset_.empty() && datasetName(job.request()) == awaitedDataset_;
     if (!ours) return;
-    if (job.state() == proto::JobStatus::SUCCEEDED) openAwaited();
-    if (mayBeTriedAgain(job)) awaitedDataset_.clear();
+    if (job.state() == proto::JobStatus::SUCCEEDED) noteAwaited();
+    if (!mayBeTriedAgain(job)) return;
+    say(fmt::format("{} was not made: {}", awaitedDataset_, job.error()));
+    awaitedDataset_.clear();
 }
 
 void Viewer::say(const std::string& message) {
-    server_.message = message;
+    if (message.empty()) return;
+    said_ = message;
+    notes_.add({message});
+}
+
+/// What the server has is shown, though it has not all; what is missing is said.
+void Viewer::leaveOutMissing(proto::View& view) const {
+    const auto isMissing = [this](const proto::Layer& layer) {
+        const auto& known = server_.catalogue.datasets();
+        return std::ranges::none_of(known,
+                                    [&](const auto& entry) { return entry.name() == layer.dataset(); });
+    };
+    auto& layers = *view.mutable_layers();
+    if (std::ranges::all_of(layers, isMissing)) return;
+    for (int i = layers.size(); i-- > 0;) {
+        if (isMissing(layers[i])) layers.DeleteSubrange(i, 1);
+    }
 }
 
 void Viewer::sendView(const Area& area) {
@@ -188,8 +261,11 @@ void Viewer::sendView(const Area& area) {
     ViewRequest request;
     request.moving = moving_;
     film_.forgetAsked();  // this view takes the place of all others
-    sentView_ = connection_.setView(model_.asked(area.columns, area.rows), request);
+    auto view = model_.asked(area.columns, area.rows);
+    if (interactive_) leaveOutMissing(view);
+    sentView_ = connection_.setView(std::move(view), request);
     sentMoving_ = moving_;
+    sentFitted_ = !model_.hasCamera();
     sentColumns_ = area.columns;
     sentRows_ = area.rows;
     dirty_ = false;
@@ -197,9 +273,12 @@ void Viewer::sendView(const Area& area) {
 
 void Viewer::takePicture() {
     while (auto frame = connection_.takeFrame()) {
-        if (film_.takeFrame(*frame)) continue;
-        if (frame->message.view_id() == sentView_ && server_.message == std::exchange(viewFailure_, {}))
-            server_.message.clear();  // what failed is shown now
+        if (film_.takeFrame(*frame) || keepPicture(*frame)) continue;
+        if (frame->message.view_id() == sentView_) viewFailure_.clear();  // what failed is shown now
+        if (frame->message.view_id() == sentView_ && sentFitted_ && frame->message.has_camera()) {
+            if (const auto fitted = parseCamera(frame->message.camera()); fitted.ok())
+                model_.setServed(*fitted);
+        }
         texture_.upload(frame->pixels.bytes, frame->pixels.width, frame->pixels.height);
         picture_ = std::move(frame->pixels);
         server_.frame = std::move(frame->message);
@@ -257,12 +336,26 @@ void Viewer::keepResults() {
     if (const auto path = std::exchange(options_.saveView, {})) keep(saveView(*path, SameName::stays));
 }
 
+/// How long to sleep where nothing comes; without end at rest.
+std::optional<double> Viewer::patience() const {
+    const bool refining = server_.frame && !server_.frame->final() && server_.connected;
+    if (moving_ || playback_.playing || film_.moving() || refining || settling_ > 0) return activeSeconds;
+    const bool awake = ImGui::GetIO().WantTextInput || desk_.isStale() || ImGui::GetTime() < restFrom_;
+    return awake || options_.exitAfterStill ? std::optional(idleSeconds) : std::nullopt;
+}
+
 int Viewer::run() {
     bool done = false;
-    while (!done && !window_.shouldClose()) {
-        const bool active = moving_ || playback_.playing || (server_.frame && !server_.frame->final());
-        window_.beginFrame(active ? activeSeconds : idleSeconds);
+    while (!done && !mayClose()) {
+        if (window_.beginFrame(patience())) {
+            settling_ = settlingFrames;
+            restFrom_ = ImGui::GetTime() + restSeconds;
+        } else {
+            settling_ -= settling_ > 0 ? 1 : 0;
+        }
+        countGestures();
         connection_.poll();
+        describeShown();
         takePicture();
         refreshStatistics();
         takeKeys();
@@ -271,18 +364,21 @@ int Viewer::run() {
         takeInput(area);
         play();
         learnDatasets();
-        if (panelShown_)
-            apply(drawPanel(model_, playback_, numbers_, files_, server_, window_.contentScale()));
+        if (panelShown_) apply(drawPanel(model_, numbers_, files_, server_, window_.contentScale()));
+        drawTime(area);
         editFilm(area);
         editNumbers(area);
+        drawOver(area);
+        lookAtDesk();
         sendView(area);
         window_.drawFrame();
         done = finished();
         window_.presentFrame();
+        keepSession();
         const bool lost = options_.exitAfterStill && connection_.state() == Connection::State::lost;
         if (options_.exitAfterStill && (exitStatus_ != 0 || lost)) {
             const auto reason = connection_.lostReason();
-            complain("mote-view", reason ? reason->toString() : server_.message);
+            complain("mote-view", reason ? reason->toString() : said_);
             return 1;
         }
     }

@@ -6,15 +6,23 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/shared/connection.h"
 #include "client/shared/part_file.h"
+#include "client/view/commands.h"
+#include "client/view/desk.h"
 #include "client/view/film_editor.h"
 #include "client/view/numbers/numbers_editor.h"
+#include "client/view/over_picture.h"
 #include "client/view/panel.h"
 #include "client/view/server_state.h"
+#include "client/view/time_bar.h"
 #include "client/view/view_files.h"
 #include "client/view/view_model.h"
 #include "client/view/window.h"
@@ -23,10 +31,13 @@ namespace mote::client {
 
 /// The command line of mote-view.
 struct ViewOptions {
-    std::filesystem::path connection;           ///< connection file of the server
-    std::optional<std::filesystem::path> view;  ///< a saved view, or a script, to start with
-    std::optional<std::filesystem::path> film;  ///< a script of keyframes to start with
-    int width = 1600;                           ///< of the window, screen coordinates
+    std::filesystem::path connection;             ///< connection file of the server
+    std::optional<std::filesystem::path> target;  ///< what is shown without a server of the user's
+    std::vector<std::string> spawn;               ///< "NAME=DIR": roots of a private server
+    std::string dataset;                          ///< shown first; empty: the catalogue's first
+    std::optional<std::filesystem::path> view;    ///< a saved view, or a script, to start with
+    std::optional<std::filesystem::path> film;    ///< a script of keyframes to start with
+    int width = 1600;                             ///< of the window, screen coordinates
     int height = 900;
     std::optional<std::filesystem::path>
         screenshot;  ///< PNG of the window, once the first exact picture is shown
@@ -34,6 +45,10 @@ struct ViewOptions {
         saveView;                 ///< a file that is not there, for the view that was shown then
     bool exitAfterStill = false;  ///< and then the program ends
 };
+
+/// Completes options with a target: roots of a private server, and what it is to show: a folder of datasets,
+/// a dataset, or a file that is prepared into the user's cache. Errors: notFound.
+Status resolveTarget(ViewOptions& options);
 
 class Viewer {
   public:
@@ -49,50 +64,108 @@ class Viewer {
     struct Area {
         float width, height;          // screen coordinates
         std::uint32_t columns, rows;  // pixels of the view
+        double aspect() const { return static_cast<double>(columns) / rows; }
     };
+
+    // The server.
 
     void listen();
     void askServer();
-    void openDataset(const std::string& name);
-    /// Shows a view of a film, whatever its dataset.
-    void showView(const proto::View& view);
-    void describeShown();
-    /// Opens the plot that a job of ours was to make, once the catalogue knows it.
-    bool openAwaited();
-    void plot(const AxisNames& axes);
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
+    void learnDatasets();
+    void describeShown();
+    void leaveOutMissing(proto::View& view) const;
+    void sendView(const Area& area);
+    void takePicture();
+    void refreshStatistics();
+    /// Says that the plot is there that a job of ours was to make, once the catalogue knows it.
+    void noteAwaited();
+    void plot(const AxisNames& axes);
+
+    // What is worked on.
+
+    /// What was last seen of it, or it as it is at first.
+    void openDataset(const std::string& name);
+    /// The chosen layer is of it; `alone`: and there is no other.
+    void setDataset(const std::string& name, bool alone);
+    void addDataset(const std::string& name);
+    /// Asks what a dataset is; failures are said.
+    void withDescription(const std::string& name, std::function<void(const proto::Description&)> take);
+    /// Shows a view, whatever its dataset.
+    void showView(const proto::View& view, bool fromFile = true);
+    void restore(const std::optional<DeskState>& state, const char* where);
+    void showCamera(const std::optional<std::string>& camera);
     Status openView(const std::filesystem::path& path);
     Status saveView(const std::filesystem::path& path, SameName sameName);
     void takePaths(const PanelActions& actions);
-    void learnDatasets();
-    void say(const std::string& message);
+    Status openStyle(const std::filesystem::path& path);
+    void savePicture(const std::filesystem::path& path);
+    bool keepPicture(const ReceivedFrame& frame);
+    void copyCommand();
+    /// The state of this moment belongs to the present gesture.
+    void lookAtDesk();
+    void keepSession();
+    void offerSession();
+    void takeUpSession(const Session& session);
+
+    // The hand.
 
     float filmHeight() const;
+    float timeHeight() const;
     Area pictureArea() const;
+    void countGestures();
     void takeInput(const Area& area);
+    glm::dvec3 placeUnderPointer(const Area& area) const;
     void takeKeys();
+    void run(const char* command);
     void apply(const PanelActions& actions);
-    void sendView(const Area& area);
-    void takePicture();
+    void fitView();
+    void setCamera(const Camera& camera);
+    void goSteps(std::int64_t steps);
+    void makeCommands();
+
+    // What is shown.
+
+    void say(const std::string& message);
     void showPicture(const Area& area) const;
+    void drawOver(const Area& area);
+    std::vector<Note> whatIsWrong();
+    void drawClosing();
     void play();
+    void drawTime(const Area& area);
     void editFilm(const Area& area);
     void editNumbers(const Area& area);
     const proto::Manifest* shownManifest() const;
     bool still() const;
     bool finished();
     void keepResults();
-    void refreshStatistics();
+    bool mayClose();
+    std::optional<double> patience() const;
 
     ViewOptions options_;
     Window window_;
     PictureTexture texture_;
     ViewModel model_;
     Playback playback_;
+    TimeBar timeBar_;
     ServerState server_;
     ViewFiles files_;
+    Desk desk_;
+    Notes notes_;
+    std::vector<Command> commands_;
+    CommandPalette palette_;
+    bool keysShown_ = false;
+    std::optional<Session> offered_;
+    bool interactive_ = true;  // no script runs the viewer
+    bool offersSession_ = true;
+    std::uint64_t gesture_ = 0;     // of the hand; counts
+    double lastWheel_ = 0.0;        // when it turned, seconds
+    glm::dvec3 pivot_{0.0};         // of the drag under way
+    std::optional<Camera> fitted_;  // what F made
+    enum class Closing { no, asked, agreed } closing_ = Closing::no;
     std::string note_;             // on what was opened
+    std::string said_;             // the last that was said
     std::string viewFailure_;      // why there is no picture of the latest view
     std::uint64_t jobsPaged_ = 0;  // jobs of the pages that were asked for
     FilmEditor film_;
@@ -102,9 +175,13 @@ class Viewer {
     bool dirty_ = true;        // the model differs from what was sent
     bool moving_ = false;      // a gesture is under way
     bool sentMoving_ = false;  // the sent view was announced as moving
+    bool sentFitted_ = false;  // it left the camera to the server
     std::uint32_t sentColumns_ = 0, sentRows_ = 0;
-    std::uint64_t sentView_ = 0;  // id of the latest view
-    std::string awaitedDataset_;  // a plot that a job of ours makes
+    std::uint64_t sentView_ = 0;                               // id of the latest view
+    std::string awaitedDataset_;                               // a plot that a job of ours makes
+    std::map<std::uint64_t, std::filesystem::path> pictures_;  // to be saved, by the view that was asked for
+    int settling_ = 0;                                         // frames that follow what came last
+    double restFrom_ = 0.0;                                    // seconds; then nothing is drawn any more
     int exitStatus_ = 0;
     // Last: its destructor ends the callbacks into this object; but the numbers drop what they have asked.
     Connection connection_;

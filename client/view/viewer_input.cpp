@@ -1,15 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What the user does in the viewer's window.
+// What the user does in the viewer's window, what the viewer can be told to do, what was before, and what it
+// says on the picture.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
 #include <utility>
 
+#include "client/shared/jobs.h"
+#include "client/shared/png_file.h"
 #include "client/shared/script.h"
 #include "client/view/camera_control.h"
 #include "client/view/viewer.h"
+#include "protocol/scene/complain.h"
+#include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
 
 namespace mote::client {
 
@@ -21,6 +33,7 @@ Status Viewer::openView(const std::filesystem::path& path) {
         return Error{error.code, fmt::format("{}: {}", path.string(), error.where), error.message};
     }
     note_ = std::move(saved.note);
+    desk_.setSubject(saved.view.layers().empty() ? std::string() : saved.view.layers(0).dataset());
     dirty_ = true;
     return success();
 }
@@ -29,6 +42,8 @@ Status Viewer::saveView(const std::filesystem::path& path, SameName sameName) {
     const auto area = pictureArea();
     const auto view = model_.saved(area.columns, area.rows);
     MOTE_RETURN_IF_ERROR(saveJson(path, view, sameName));
+    lookAtDesk();
+    desk_.saved();
     say(view.width() == 0 || view.height() == 0
             ? fmt::format("saved {}, without a size as it was loaded", path.string())
             : fmt::format("saved {}, {} x {} pixels", path.string(), view.width(), view.height()));
@@ -43,14 +58,84 @@ void Viewer::takePaths(const PanelActions& actions) {
         const bool agreed = files_.saving.agreed(*path);
         answer(files_.saving, saveView(*path, agreed ? SameName::isReplaced : SameName::stays));
     }
+    if (const auto& path = actions.saveStyleTo) {
+        const bool agreed = files_.savingStyle.agreed(*path);
+        answer(files_.savingStyle,
+               saveJson(*path, model_.style(), agreed ? SameName::isReplaced : SameName::stays));
+    }
+    if (actions.openStyleFrom) answer(files_.openingStyle, openStyle(*actions.openStyleFrom));
+    if (actions.savePictureTo) savePicture(*actions.savePictureTo);
     if (!actions.openViewFrom) return;
     film_.stop();
     const auto opened = openView(*actions.openViewFrom);
     answer(files_.opening, opened);
     if (!opened.ok()) return;
-    server_.shown.reset();
-    if (model_.hasDataset()) return openDataset(model_.dataset());
+    lookAtDesk();
+    desk_.saved();
     say(std::exchange(note_, {}));
+}
+
+Status Viewer::openStyle(const std::filesystem::path& path) {
+    proto::Layer style;
+    MOTE_RETURN_IF_ERROR(readJsonFile(path, style));
+    dirty_ = true;
+    return model_.setStyle(style);
+}
+
+/// Asks for it as it is shown, with its points and letters in proportion.
+void Viewer::savePicture(const std::filesystem::path& path) {
+    const auto [width, height] = files_.pictureSize;
+    const auto limit = static_cast<int>(View::maxSide);
+    if (width < 1 || height < 1 || width > limit || height > limit)
+        return files_.savingPicture.fail(fmt::format("a picture has 1 to {} pixels a side", limit));
+    const auto area = pictureArea();
+    auto view = model_.view(area.columns, area.rows);
+    const double factor = static_cast<double>(height) / area.rows;
+    view.set_scale((view.has_scale() ? view.scale() : 1.0) * factor);
+    view.set_width(static_cast<std::uint32_t>(width));
+    view.set_height(static_cast<std::uint32_t>(height));
+    if (const auto valid = parseView(view); !valid.ok())
+        return files_.savingPicture.fail(valid.error().toString());
+    ViewRequest request;
+    request.finalOnly = request.queued = true;
+    pictures_[connection_.setView(std::move(view), request)] = path;
+    files_.savingPicture.close();
+}
+
+bool Viewer::keepPicture(const ReceivedFrame& frame) {
+    const auto asked = pictures_.find(frame.message.view_id());
+    if (asked == pictures_.end()) return false;
+    const auto path = asked->second;
+    pictures_.erase(asked);
+    const auto& pixels = frame.pixels;
+    const auto png = encodePng({pixels.width, pixels.height, 8, 4, pixels.bytes});
+    const auto kept = [&]() -> Status {
+        MOTE_ASSIGN_OR_RETURN(const auto part, PartFile::create(path));
+        MOTE_RETURN_IF_ERROR(part->append(png));
+        return part->publish();
+    }();
+    say(kept.ok() ? fmt::format("saved {}, {} x {} pixels", path.string(), pixels.width, pixels.height)
+                  : kept.error().toString());
+    return true;
+}
+
+/// The view lies beside the sessions, so that the command is all there is to it.
+void Viewer::copyCommand() {
+    const auto area = pictureArea();
+    const auto path = freshPath(sessionFolder() / "views" / "view.json");
+    std::error_code code;
+    std::filesystem::create_directories(path.parent_path(), code);
+    const auto kept = saveJson(path, model_.view(area.columns, area.rows), SameName::stays);
+    if (!kept.ok()) return say(kept.error().toString());
+    auto command = fmt::format("mote-frames '{}'", path.string());
+    if (options_.spawn.empty()) command += fmt::format(" --connect '{}'", options_.connection.string());
+    for (const auto& root : options_.spawn) command += fmt::format(" --spawn '{}'", root);
+    ImGui::SetClipboardText((command + " --out .").c_str());
+    say("The command that makes this picture is in the clipboard.");
+}
+
+float Viewer::timeHeight() const {
+    return panelShown_ && model_.steps() > 1 ? TimeBar::height(window_.contentScale()) : 0.0F;
 }
 
 float Viewer::filmHeight() const {
@@ -61,9 +146,38 @@ Viewer::Area Viewer::pictureArea() const {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
     const float panel = panelShown_ ? panelWidth * window_.contentScale() : 0.0F;
-    const float width = std::max(display.x - panel, 1.0F), height = std::max(display.y - filmHeight(), 1.0F);
+    const float width = std::max(display.x - panel, 1.0F),
+                height = std::max(display.y - filmHeight() - timeHeight(), 1.0F);
     return {width, height, static_cast<std::uint32_t>(std::max(width * density.x, 1.0F)),
             static_cast<std::uint32_t>(std::max(height * density.y, 1.0F))};
+}
+
+/// A press, a key and a turn of the wheel begin something of their own; what follows belongs to it.
+void Viewer::countGestures() {
+    constexpr double wheelPause = 0.5;  // seconds; sooner it turns on
+    const auto& io = ImGui::GetIO();
+    bool begun = false;
+    for (int button = 0; button < 3; ++button) begun |= ImGui::IsMouseClicked(button);
+    if (io.MouseWheel != 0.0F)
+        begun |= ImGui::GetTime() > std::exchange(lastWheel_, ImGui::GetTime()) + wheelPause;
+    gesture_ += begun ? 1 : 0;
+}
+
+/// On what is seen there: in the middle of it, as far as the boxes of datasets tell; else beside the target.
+glm::dvec3 Viewer::placeUnderPointer(const Area& area) const {
+    const auto& mouse = ImGui::GetIO().MousePos;
+    const glm::dvec2 at(mouse.x / area.width, mouse.y / area.height);
+    const Camera camera = model_.camera(area.aspect());
+    const auto column = static_cast<std::size_t>(std::clamp(at.x, 0.0, 1.0 - 1e-9) * picture_.width);
+    const auto row = static_cast<std::size_t>(std::clamp(at.y, 0.0, 1.0 - 1e-9) * picture_.height);
+    const std::size_t pixel = 4 * (row * picture_.width + column);
+    if (pixel + 3 >= picture_.bytes.size()) return camera.target;
+    bool something = false;
+    for (std::size_t i = 0; i < 3; ++i)
+        something |= std::abs(picture_.bytes[pixel + i] - 255.0F * model_.background[i]) > 8.0F;
+    const auto box = model_.worldBounds();
+    const auto within = something && box ? placeWithin(camera, area.aspect(), at, *box) : std::nullopt;
+    return within.value_or(placeAt(camera, area.aspect(), at));
 }
 
 void Viewer::takeInput(const Area& area) {
@@ -80,45 +194,44 @@ void Viewer::takeInput(const Area& area) {
     }
     if (io.WantCaptureMouse) return;
     if (moving_ || io.MouseWheel != 0.0F) film_.stop();
-    const double aspect = static_cast<double>(area.columns) / area.rows;
+    Camera camera = model_.camera(area.aspect());
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+        pivot_ = placeUnderPointer(area);
+        // Beside all that is shown, about the middle.
+        if (pivot_ ==
+            placeAt(camera, area.aspect(), {io.MousePos.x / area.width, io.MousePos.y / area.height}))
+            pivot_ = camera.target;
+    }
     const glm::dvec2 drag(io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
     const bool dragged = drag != glm::dvec2(0.0) && held;
-    Camera camera = model_.camera(aspect);
-    if (dragged && ImGui::IsMouseDown(ImGuiMouseButton_Left) && !io.KeyShift) {
-        camera = orbit(camera, drag);
+    if (dragged && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+        const glm::dvec2 arm(io.MousePos.x - area.width / 2.0F, area.height / 2.0F - io.MousePos.y);
+        const glm::dvec2 before = arm - glm::dvec2(io.MouseDelta.x, -io.MouseDelta.y);
+        camera = io.KeyShift ? roll(camera, std::atan2(arm.y, arm.x) - std::atan2(before.y, before.x))
+                             : orbit(camera, drag, pivot_);
     } else if (dragged) {
         camera = pan(camera, drag);
     }
     if (io.MouseWheel != 0.0F)
-        camera = io.KeyCtrl ? zoom(camera, io.MouseWheel) : dolly(camera, io.MouseWheel);
-    if (!dragged && io.MouseWheel == 0.0F) return;
-    model_.setCamera(camera);
-    dirty_ = true;
+        camera =
+            io.KeyCtrl ? zoom(camera, io.MouseWheel) : dolly(camera, io.MouseWheel, placeUnderPointer(area));
+    if (dragged || io.MouseWheel != 0.0F) setCamera(camera);
 }
 
 void Viewer::takeKeys() {
-    if (ImGui::GetIO().WantTextInput) return;
-    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
-    // GLFW's codes of letters; a key that stays down switches once.
-    const auto letter = [](char key) { return ImGui::IsKeyPressed(key, false); };
-    const auto step = static_cast<std::int64_t>(model_.step());
-    const auto wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
-    if (wanted != step && wanted >= 0 && wanted < model_.steps()) {
-        model_.setStep(static_cast<std::uint32_t>(wanted));
-        dirty_ = true;
+    for (const auto& key : window_.takeKeys()) {
+        const bool typing =
+            ImGui::GetIO().WantTextInput || palette_.isOpen() ||
+            ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+        if (typing) continue;
+        for (const auto& command : commands_) {
+            if (command.keys != key.chord || (key.repeated && !command.repeats)) continue;
+            gesture_ += key.repeated ? 0 : 1;
+            command.run();
+            lookAtDesk();  // each of several keys in a frame is a step of its own
+            if (key.chord.starts_with("Ctrl+")) window_.holdKeys(3);  // it may ask for letters
+        }
     }
-    if (pressed(ImGuiKey_Space)) playback_.playing = !playback_.playing;
-    if (letter('F')) model_.fit();
-    if (letter('O')) model_.setCamera(toggleProjection(model_.camera(1.0)));
-    if (letter('F') || letter('O')) film_.stop();
-    if (pressed(ImGuiKey_Tab)) panelShown_ = !panelShown_;
-    if (letter('K')) filmShown_ = !filmShown_;
-    if (letter('N')) numbers_.open = !numbers_.open;
-    if (letter('H')) numbers_.toggleHistogram();
-    if (letter('L')) numbers_.tool().toggle(PictureTool::Kind::lasso);
-    if (letter('P')) numbers_.tool().toggle(PictureTool::Kind::pick);
-    if (pressed(ImGuiKey_Escape)) numbers_.tool().setKind(PictureTool::Kind::none);
-    dirty_ |= letter('F') || letter('O');
 }
 
 void Viewer::apply(const PanelActions& actions) {
@@ -126,9 +239,10 @@ void Viewer::apply(const PanelActions& actions) {
     dirty_ |= actions.viewChanged;
     moving_ |= actions.editing;
     takePaths(actions);
-    if (actions.toggleFilm) filmShown_ = !filmShown_;
-    if (actions.reconnect) connection_.reconnect();
+    if (actions.command != nullptr) run(actions.command);
     if (actions.openDataset) openDataset(*actions.openDataset);
+    if (actions.addDataset) addDataset(*actions.addDataset);
+    if (actions.replaceDataset) setDataset(*actions.replaceDataset, false);
     if (actions.plot) plot(*actions.plot);
     for (const auto& job : server_.jobs) {
         if (job.id() != actions.saveFilm) continue;
@@ -172,6 +286,14 @@ void Viewer::play() {
     dirty_ = true;
 }
 
+void Viewer::drawTime(const Area& area) {
+    if (timeHeight() <= 0.0F) return;
+    PanelActions actions;
+    const auto times = shownManifest() != nullptr ? stepTimes(*shownManifest()) : std::vector<double>();
+    timeBar_.draw(model_, playback_, times, {0.0F, area.height, area.width, window_.contentScale()}, actions);
+    apply(actions);
+}
+
 const proto::Manifest* Viewer::shownManifest() const {
     return server_.shown ? &server_.shown->manifest() : nullptr;
 }
@@ -190,12 +312,272 @@ void Viewer::editFilm(const Area& area) {
     if (const auto view = film_.play(now)) showView(*view);
     if (panelShown_ && filmShown_) {
         const auto present = model_.view(area.columns, area.rows);
-        const FilmSurroundings around{0.0F, area.height, area.width, window_.contentScale(),
-                                      now,  present,     picture_,   server_};
+        const FilmSurroundings around{
+            0.0F,   area.height + timeHeight(), area.width, window_.contentScale(), now, present, picture_,
+            server_};
         if (const auto view = film_.draw(around)) showView(*view);
     }
     moving_ |= film_.moving();
     if (still()) film_.askThumbnails();
+}
+
+void Viewer::makeCommands() {
+    const auto add = [this](const char* group, std::string name, const char* keys, std::function<void()> run,
+                            bool repeats = false) {
+        commands_.push_back({group, std::move(name), keys, std::move(run), repeats});
+    };
+    add(
+        "Edit", "Undo", "Ctrl+Z", [this] { restore(desk_.undo(), "before this"); }, true);
+    add(
+        "Edit", "Redo", "Ctrl+Shift+Z", [this] { restore(desk_.redo(), "after this"); }, true);
+    add("File", "Open view...", "Ctrl+O", [this] { files_.opening.open(); });
+    add("File", "Save view...", "Ctrl+S",
+        [this] { files_.saving.open(files_.saving.hasPath() ? "" : freshPath("view.json")); });
+    add("File", "Save picture...", "Ctrl+P", [this] {
+        const auto area = pictureArea();
+        files_.pictureSize = {static_cast<int>(area.columns), static_cast<int>(area.rows)};
+        files_.savingPicture.open(freshPath("picture.png"));
+    });
+    add("File", "Copy the command that makes this picture", "Ctrl+Shift+C", [this] { copyCommand(); });
+    add("Style", "Copy style", "", [this] { ImGui::SetClipboardText(toJson(model_.style()).c_str()); });
+    add("Style", "Paste style", "", [this] {
+        const char* clipboard = ImGui::GetClipboardText();
+        proto::Layer style;
+        auto pasted = parseJson(clipboard != nullptr ? clipboard : "", style, "the clipboard");
+        if (pasted.ok()) pasted = model_.setStyle(style);
+        if (!pasted.ok()) return say(pasted.error().toString());
+        dirty_ = true;
+    });
+    add("Style", "Open style...", "", [this] { files_.openingStyle.open(); });
+    add("Style", "Save style...", "", [this] { files_.savingStyle.open(); });
+    add("File", "Last session", "", [this] {
+        if (offered_) return takeUpSession(*offered_);
+        say("No earlier session of this server is known.");
+    });
+    add("Camera", "Fit", "F", [this] { fitView(); });
+    add(
+        "Camera", "Camera before", "[", [this] { showCamera(desk_.cameraBack()); }, true);
+    add(
+        "Camera", "Camera after", "]", [this] { showCamera(desk_.cameraForward()); }, true);
+    add("Camera", "Other projection", "O", [this] { setCamera(toggleProjection(model_.camera(1.0))); });
+    add("Camera", "Roll by 90 degrees", "R",
+        [this] { setCamera(roll(model_.camera(1.0), glm::half_pi<double>())); });
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const bool positive : {true, false}) {
+            static constexpr std::array<std::array<const char*, 2>, 3> keys{
+                {{"X", "Shift+X"}, {"Y", "Shift+Y"}, {"Z", "Shift+Z"}}};
+            const auto i = static_cast<std::size_t>(axis);
+            add("Camera", fmt::format("Look from {}{}", positive ? '+' : '-', "xyz"[i]),
+                keys[i][positive ? 0 : 1],
+                [this, axis, positive] { setCamera(lookFrom(model_.camera(1.0), axis, positive)); });
+        }
+    }
+    add(
+        "Time", "Next step", "Right", [this] { goSteps(1); }, true);
+    add(
+        "Time", "Step before", "Left", [this] { goSteps(-1); }, true);
+    add("Time", "First step", "Home", [this] { goSteps(-static_cast<std::int64_t>(model_.step())); });
+    add("Time", "Last step", "End",
+        [this] { goSteps(model_.steps() - 1 - static_cast<std::int64_t>(model_.step())); });
+    add("Time", "Play or pause", "Space", [this] { playback_.playing = !playback_.playing; });
+    add("Window", "Panel", "Tab", [this] { panelShown_ = !panelShown_; });
+    add("Window", "Film", "K", [this] { filmShown_ = !filmShown_; });
+    add("Window", "Numbers", "N", [this] { numbers_.open = !numbers_.open; });
+    add("Window", "Full screen", "F11", [this] { window_.toggleFullScreen(); });
+    add("Window", "Keys", "?", [this] { keysShown_ = !keysShown_; });
+    add("Window", "Commands", "Ctrl+K", [this] { palette_.open(); });
+    add("Numbers", "Histogram", "H", [this] { numbers_.toggleHistogram(); });
+    add("Numbers", "Lasso", "L", [this] { numbers_.tool().toggle(PictureTool::Kind::lasso); });
+    add("Numbers", "Pick a particle", "P", [this] { numbers_.tool().toggle(PictureTool::Kind::pick); });
+    add("Window", "End what is under way", "Escape", [this] {
+        numbers_.tool().setKind(PictureTool::Kind::none);
+        keysShown_ = false;
+    });
+    add("Window", "Connect now", "", [this] { connection_.reconnect(); });
+}
+
+void Viewer::run(const char* command) {
+    for (const auto& each : commands_) {
+        if (each.name == command) return each.run();
+    }
+}
+
+/// A direction that the user chose stays; asked again, it is the usual one.
+void Viewer::fitView() {
+    film_.stop();
+    dirty_ = true;
+    const auto camera = model_.camera(1.0);
+    const bool again = !model_.hasCamera() || !model_.served() || fitted_ == camera;
+    fitted_.reset();
+    if (again) return model_.fit();
+    setCamera(fitAlong(camera, *model_.served()));
+    fitted_ = model_.camera(1.0);
+}
+
+void Viewer::setCamera(const Camera& camera) {
+    film_.stop();
+    model_.setCamera(camera);
+    dirty_ = true;
+}
+
+void Viewer::goSteps(std::int64_t steps) {
+    const auto wanted = static_cast<std::int64_t>(model_.step()) + steps;
+    if (steps == 0 || wanted < 0 || wanted >= model_.steps()) return;
+    model_.setStep(static_cast<std::uint32_t>(wanted));
+    dirty_ = true;
+}
+
+void Viewer::lookAtDesk() {
+    desk_.look(model_, film_.film(), gesture_);
+}
+
+void Viewer::restore(const std::optional<DeskState>& state, const char* where) {
+    if (!state) return say(fmt::format("There is nothing {}.", where));
+    desk_.setSubject(state->subject);
+    if (state->film->revision() != film_.film().revision()) film_.restore(*state->film);
+    film_.stop();
+    playback_.playing = false;
+    showView(state->view(), state->fromFile);
+}
+
+void Viewer::showCamera(const std::optional<std::string>& camera) {
+    if (!camera) return say("There is no other camera.");
+    proto::Camera message;
+    message.ParseFromString(*camera);
+    const auto parsed = parseCamera(message);
+    if (camera->empty() || !parsed.ok()) {
+        model_.fit();
+    } else {
+        model_.setCamera(*parsed);
+    }
+    film_.stop();
+    dirty_ = true;
+}
+
+void Viewer::keepSession() {
+    if (!desk_.isStale() || moving_ || playback_.playing) return;
+    const auto kept = desk_.writeFile();
+    if (!kept.ok()) notes_.add({"This session is not kept: " + kept.error().toString()});
+}
+
+void Viewer::offerSession() {
+    if (!offered_ || !std::exchange(offersSession_, false)) return;
+    const auto age = std::chrono::duration_cast<std::chrono::minutes>(
+        std::filesystem::file_time_type::clock::now() - offered_->time);
+    const auto ago =
+        age.count() < 120 ? fmt::format("{} min", age.count()) : fmt::format("{} h", age.count() / 60);
+    notes_.add({fmt::format("Your last session here, {} ago: {}.", ago, offered_->subject),
+                {{"Take it up", [this] { takeUpSession(*offered_); }}}});
+}
+
+void Viewer::takeUpSession(const Session& session) {
+    const Session taken = session;
+    const auto view = taken.views.find(taken.subject);
+    if (view == taken.views.end()) return;
+    desk_.adopt(taken);
+    if (taken.film) {
+        const auto film = FilmModel::fromScript(*taken.film);
+        if (film.ok()) film_.restore(*film);
+        if (!film.ok()) say(film.error().toString());
+    }
+    showView(view->second, false);
+    if (!taken.film) film_.stop();
+}
+
+bool Viewer::mayClose() {
+    if (closing_ == Closing::agreed) return true;
+    if (!window_.shouldClose()) return false;
+    if (closing_ == Closing::asked || desk_.unsaved().empty() || options_.exitAfterStill) return true;
+    window_.stayOpen();
+    closing_ = Closing::asked;
+    return false;
+}
+
+/// Asks once: what is not saved is kept in the session all the same.
+void Viewer::drawClosing() {
+    if (closing_ == Closing::no) return;
+    constexpr const char* title = "Not saved";
+    if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 3.0F}, ImGuiCond_Always, {0.5F, 0.5F});
+    if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
+        return;
+    text(fmt::format("Changed since it was opened or saved: {}.", fmt::join(desk_.unsaved(), ", ")));
+    text("It is kept, and offered when you come back to this server.");
+    const bool close = ImGui::Button("Close");
+    ImGui::SameLine();
+    const bool save = ImGui::Button("Save view...##closing");
+    ImGui::SameLine();
+    const bool stay = ImGui::Button("Stay") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
+    if (close) closing_ = Closing::agreed;
+    if (save || stay) {
+        closing_ = Closing::no;
+        ImGui::CloseCurrentPopup();
+    }
+    ImGui::EndPopup();
+    if (save) run("Save view...");
+}
+
+namespace {
+
+const proto::Catalogue::Entry* findEntry(const proto::Catalogue& catalogue, const std::string& name) {
+    const auto found =
+        std::ranges::find_if(catalogue.datasets(), [&](const auto& each) { return each.name() == name; });
+    return found != catalogue.datasets().end() ? &*found : nullptr;
+}
+
+}  // namespace
+
+/// What keeps the view from being shown, and what can be done.
+std::vector<Note> Viewer::whatIsWrong() {
+    std::vector<Note> wrong;
+    if (!server_.connected) {
+        if (!server_.connection.empty())
+            wrong.push_back({server_.connection, {{"Connect now", [this] { run("Connect now"); }}}});
+        return wrong;
+    }
+    for (int i = 0; i < model_.layers().size(); ++i) {
+        const auto& layer = model_.layers().Get(i);
+        if (layer.dataset().empty()) continue;
+        const auto* entry = findEntry(server_.catalogue, layer.dataset());
+        if (entry == nullptr) {
+            Note note{fmt::format("There is no dataset {} on this server.", layer.dataset())};
+            note.ways.emplace_back("Remove its layer", [this, i] {
+                model_.removeLayer(i);
+                dirty_ = true;
+            });
+            wrong.push_back(std::move(note));
+        } else if (entry->steps() > 0 && layer.step() >= entry->steps()) {
+            const auto last = entry->steps() - 1;
+            Note note{fmt::format("{} has steps 0 to {}: there is no step {}.", layer.dataset(), last,
+                                  layer.step())};
+            note.ways.emplace_back(fmt::format("Show step {}", last), [this, i, last] {
+                model_.choose(i);
+                model_.setStep(last);
+                dirty_ = true;
+            });
+            wrong.push_back(std::move(note));
+        }
+    }
+    if (wrong.empty() && !viewFailure_.empty())
+        wrong.push_back({viewFailure_, {{"Undo", [this] { run("Undo"); }}}});
+    return wrong;
+}
+
+void Viewer::drawOver(const Area& area) {
+    const float scale = window_.contentScale();
+    const PictureArea picture{area.width, area.height, scale};
+    const auto names = server_.shown ? axesOf(*server_.shown) : std::nullopt;
+    const auto end =
+        drawTriad(model_.camera(area.aspect()), names.value_or(AxisNames{"x", "y", "z"}), picture);
+    if (end) setCamera(lookFrom(model_.camera(1.0), end->axis, end->positive));
+    notes_.draw(picture, whatIsWrong());
+    drawKeys(keysShown_, commands_, scale);
+    if (const auto* command = palette_.draw(commands_, scale)) {
+        ++gesture_;
+        command->run();
+    }
+    drawClosing();
 }
 
 }  // namespace mote::client

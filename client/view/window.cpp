@@ -30,6 +30,8 @@ Status writeScreenshot(const std::filesystem::path& path, std::span<const std::u
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <string_view>
 
 #include "protocol/scene/mote_check.h"
 
@@ -40,6 +42,30 @@ namespace {
     const char* reason = nullptr;
     glfwGetError(&reason);
     throw WindowError(fmt::format("{}: {}", what, reason ? reason : "unknown reason"));
+}
+
+/// Keys that type nothing, and space.
+constexpr std::array<std::pair<int, const char*>, 12> namedKeys{{{GLFW_KEY_LEFT, "Left"},
+                                                                 {GLFW_KEY_RIGHT, "Right"},
+                                                                 {GLFW_KEY_UP, "Up"},
+                                                                 {GLFW_KEY_DOWN, "Down"},
+                                                                 {GLFW_KEY_HOME, "Home"},
+                                                                 {GLFW_KEY_END, "End"},
+                                                                 {GLFW_KEY_SPACE, "Space"},
+                                                                 {GLFW_KEY_TAB, "Tab"},
+                                                                 {GLFW_KEY_ESCAPE, "Escape"},
+                                                                 {GLFW_KEY_DELETE, "Delete"},
+                                                                 {GLFW_KEY_F1, "F1"},
+                                                                 {GLFW_KEY_F11, "F11"}}};
+
+/// Letters are those of the user's keyboard. Empty: no key that a chord names.
+std::string nameOfKey(int key, int scancode) {
+    for (const auto& [code, name] : namedKeys) {
+        if (code == key) return name;
+    }
+    const char* typed = glfwGetKeyName(key, scancode);
+    if (typed == nullptr || typed[0] < 'a' || typed[0] > 'z' || typed[1] != 0) return {};
+    return std::string(1, static_cast<char>(typed[0] - 'a' + 'A'));
 }
 
 void styleInterface(float scale) {
@@ -81,6 +107,10 @@ Window::Window(int width, int height, const std::string& title) {
     styleInterface(contentScale());
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 330 core");
+    // In place of Dear ImGui's, which hear of keys when a frame has them.
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, onKey);
+    glfwSetCharCallback(window_, onLetter);
 }
 
 Window::~Window() {
@@ -99,15 +129,91 @@ void Window::setTitle(const std::string& title) {
     glfwSetWindowTitle(window_, title.c_str());
 }
 
-void Window::beginFrame(double seconds) {
-    if (seconds > 0.0) {
-        glfwWaitEventsTimeout(seconds);
-    } else {
-        glfwPollEvents();
+void Window::stayOpen() {
+    glfwSetWindowShouldClose(window_, GLFW_FALSE);
+}
+
+void Window::toggleFullScreen() {
+    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    if (glfwGetWindowMonitor(window_) != nullptr || monitor == nullptr) {
+        const auto& [x, y, width, height] = place_;
+        if (width > 0) glfwSetWindowMonitor(window_, nullptr, x, y, width, height, GLFW_DONT_CARE);
+        return;
     }
+    glfwGetWindowPos(window_, &place_[0], &place_[1]);
+    glfwGetWindowSize(window_, &place_[2], &place_[3]);
+    const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+    glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+void Window::onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
+    static_cast<Window*>(glfwGetWindowUserPointer(window))
+        ->events_.push_back({key, scancode, action, mods, 0});
+}
+
+void Window::onLetter(GLFWwindow* window, unsigned codepoint) {
+    static_cast<Window*>(glfwGetWindowUserPointer(window))
+        ->events_.push_back({-1, 0, GLFW_PRESS, 0, codepoint});
+}
+
+void Window::pour(const KeyEvent& event) {
+    const auto pressed = [&](const std::string& chord) {
+        keys_.push_back({chord, event.action == GLFW_REPEAT});
+    };
+    if (event.letter != 0) {
+        constexpr std::string_view others = "?[]+-";
+        ImGui_ImplGlfw_CharCallback(window_, event.letter);
+        const bool plain = event.letter < 128 && others.find(static_cast<char>(event.letter)) != others.npos;
+        if (plain) pressed(std::string(1, static_cast<char>(event.letter)));
+        return;
+    }
+    ImGui_ImplGlfw_KeyCallback(window_, event.key, event.scancode, event.action, event.mods);
+    auto name = event.action == GLFW_RELEASE ? std::string() : nameOfKey(event.key, event.scancode);
+    if (name.empty()) return;
+    if ((event.mods & GLFW_MOD_SHIFT) != 0) name = "Shift+" + name;
+    if ((event.mods & GLFW_MOD_ALT) != 0) name = "Alt+" + name;
+    if ((event.mods & GLFW_MOD_CONTROL) != 0) name = "Ctrl+" + name;
+    pressed(name);
+}
+
+void Window::pourKeys() {
+    const bool typing = ImGui::GetIO().WantTextInput ||
+                        ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+    std::set<int> changed;
+    const bool waits = held_ > 0;
+    held_ -= waits ? 1 : 0;
+    for (bool ends = false; !ends && !events_.empty(); events_.pop_front()) {
+        const auto event = events_.front();
+        if (waits && event.action != GLFW_RELEASE) break;  // what is let go must not repeat itself
+        if (event.letter == 0 && !changed.insert(event.key).second && typing) break;
+        pour(event);
+        const bool letter =
+            event.letter != 0 || (event.key >= GLFW_KEY_SPACE && event.key <= GLFW_KEY_GRAVE_ACCENT);
+        const bool modifier = event.key >= GLFW_KEY_LEFT_SHIFT && event.key <= GLFW_KEY_RIGHT_SUPER;
+        // What follows may be for what this opens or ends.
+        const bool pressed = event.action != GLFW_RELEASE && !modifier;
+        ends = pressed && ((event.mods & GLFW_MOD_CONTROL) != 0 || (typing && !letter));
+        const bool decides =
+            event.key == GLFW_KEY_ENTER || event.key == GLFW_KEY_KP_ENTER || event.key == GLFW_KEY_ESCAPE;
+        if (pressed && typing && decides) held_ = 2;
+    }
+}
+
+bool Window::beginFrame(std::optional<double> seconds) {
+    const double begin = glfwGetTime();
+    if (!events_.empty()) {
+        glfwPollEvents();
+    } else if (seconds) {
+        glfwWaitEventsTimeout(*seconds);
+    } else {
+        glfwWaitEvents();
+    }
+    const bool came = !seconds || !events_.empty() || glfwGetTime() - begin < *seconds;
+    pourKeys();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
+    return came;
 }
 
 void Window::drawFrame() {

@@ -4,11 +4,15 @@
 // thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/scene/error.h"
@@ -22,6 +26,13 @@ class WindowError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// A key that was pressed, as people write it: "Ctrl+Shift+Z", "Right", "Space", "F11"; what is no letter, by
+/// what it types: "?", "[".
+struct PressedKey {
+    std::string chord;
+    bool repeated = false;  ///< it stays down
+};
+
 class Window {
   public:
     /// Size in screen coordinates. Throws WindowError: no display, no OpenGL 3.3.
@@ -31,9 +42,18 @@ class Window {
     Window& operator=(const Window&) = delete;
 
     bool shouldClose() const;
+    /// The user is to be asked first.
+    void stayOpen();
     void setTitle(const std::string& title);
-    /// Waits up to `seconds` for input, then starts a frame of the user interface.
-    void beginFrame(double seconds);
+    /// Fills the screen, or is as it was before.
+    void toggleFullScreen();
+    /// Waits for input, at most so long, then starts a frame of the user interface. True if something came.
+    bool beginFrame(std::optional<double> seconds);
+    /// Keys that this frame has, in order: each tap is one, however long frames take. Where something is
+    /// typed into, the user interface has one change of a key a frame, so that it misses none either.
+    std::vector<PressedKey> takeKeys() { return std::exchange(keys_, {}); }
+    /// Keys wait for so many frames: what they are for is only being opened.
+    void holdKeys(int frames) { held_ = frames; }
     /// Draws the user interface into the back buffer.
     void drawFrame();
     /// Shows what was drawn.
@@ -50,7 +70,23 @@ class Window {
     std::vector<std::uint8_t> readPixels() const;
 
   private:
+    static void onKey(GLFWwindow* window, int key, int scancode, int action, int mods);
+    static void onLetter(GLFWwindow* window, unsigned codepoint);
+
+    /// A key, or a letter that was typed (then `letter` is not 0).
+    struct KeyEvent {
+        int key, scancode, action, mods;
+        unsigned letter;
+    };
+
+    void pourKeys();
+    void pour(const KeyEvent& event);
+
     GLFWwindow* window_ = nullptr;
+    std::deque<KeyEvent> events_;  // that no frame had yet
+    int held_ = 0;                 // frames
+    std::vector<PressedKey> keys_;
+    std::array<int, 4> place_{};  // of a window that fills the screen, before: x, y, width, height
 };
 
 /// PictureTexture: the frame that is shown, as an OpenGL texture. Owned by the viewer; main thread, its

@@ -256,7 +256,8 @@ void FilmModel::setBetweenSteps(BetweenSteps between) {
 }
 
 void FilmModel::changed() {
-    ++revision_;
+    static std::uint64_t latest = 0;  // of all films
+    revision_ = ++latest;
 }
 
 }  // namespace mote::client

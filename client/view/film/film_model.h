@@ -56,7 +56,7 @@ class FilmModel {
     double end() const { return empty() ? 0.0 : keyframes_.back().seconds; }     ///< seconds
     /// Frames, both ends shown; 0 of what is no film yet.
     std::uint64_t frameCount() const;
-    /// Another number after every change of what is shown.
+    /// Another number after every change of what is shown, in all films; a copy has the same.
     std::uint64_t revision() const { return revision_; }
 
     /// Puts a valid view at the playhead where that lies between two keyframes with a frame's room, else

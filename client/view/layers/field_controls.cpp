@@ -103,6 +103,7 @@ class FieldControl {
     bool drawWord() {
         std::vector<std::string_view> names;
         if (!facts_.empty_word().empty()) names.emplace_back(facts_.empty_word());
+        const bool colors = facts_.as() == Facts::COLOR_MAP && names.empty();
         if (facts_.as() == Facts::COLOR_MAP)
             names.insert(names.end(), ColorMap::names().begin(), ColorMap::names().end());
         else
@@ -110,7 +111,7 @@ class FieldControl {
         if (names.empty()) return false;  // any text
         std::string chosen = reflection_.GetString(source(), &field_);
         if (chosen.empty()) chosen = facts_.empty_word();
-        if (!noted(chooseName(label_, chosen, names))) return false;
+        if (!noted(colors ? chooseColorMap(label_, chosen) : chooseName(label_, chosen, names))) return false;
         reflection_.SetString(&message_, &field_, chosen == facts_.empty_word() ? "" : chosen);
         return true;
     }

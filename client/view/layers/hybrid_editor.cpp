@@ -155,7 +155,7 @@ void drawColors(HybridControls& controls, PanelActions& actions) {
         }
         return;
     }
-    nameList(actions, "colours", controls.colorMap, ColorMap::names());
+    colorMapList(actions, "colours", controls.colorMap);
     checkbox(actions, "own range of colours", controls.ownColorRange);
     auto& range = controls.colorRange;
     if (controls.ownColorRange) rangeBox(actions, "range", range[0], range[1], controls.curve.axis(), 500.0);
@@ -173,7 +173,10 @@ void drawCurve(HybridControls& controls, const proto::HybridManifest& manifest, 
     }
     look.color = [&](double value) { return controls.color(value); };
     text(fmt::format("opacity over {}", manifest.value_unit().empty() ? "values" : manifest.value_unit()));
+    const auto before = controls.curve.extent();
+    const auto knots = controls.curve.knots().size();
     noteCurve(panel.actions, curveEditor("curve", controls.curve, look));
+    if (controls.curve.knots().size() > knots) controls.keepColors(before);
     dim(fmt::format("{:.5g} to {:.5g}", look.axis.low, look.axis.high));
     drawPresets(controls, manifest, panel.actions);
     drawColors(controls, panel.actions);
@@ -285,6 +288,12 @@ glm::dvec3 HybridControls::color(double value) const {
     const auto map = ColorMap::find(colorMap);
     const Interval ends = ownColorRange ? Interval{colorRange[0], colorRange[1]} : curve.extent();
     return map.ok() ? (*map)((value - ends.low) / (ends.high - ends.low)) : glm::dvec3(0.0);
+}
+
+void HybridControls::keepColors(const Interval& extent) {
+    if (!curve.colors().empty() || ownColorRange || extent == curve.extent()) return;
+    ownColorRange = true;
+    colorRange = {extent.low, extent.high};
 }
 
 void HybridControls::addClipPlane(const Bounds& bounds, const glm::dvec3& eye) {

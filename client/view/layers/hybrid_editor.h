@@ -44,6 +44,9 @@ struct HybridControls {
     /// Linear RGB.
     glm::dvec3 color(double value) const;
 
+    /// The colour map stays where it was when the curve had this extent.
+    void keepColors(const Interval& extent);
+
     /// A plane through the middle of `bounds` that cuts away what lies on the side of `eye`.
     void addClipPlane(const Bounds& bounds, const glm::dvec3& eye);
 

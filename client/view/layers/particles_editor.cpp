@@ -56,7 +56,7 @@ void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
     text("Volume: opacity over log density");
     DensityCurve volume(controls.functions, Which::volume);
     noteCurve(panel.actions, curveEditor("volume", volume, look));
-    nameList(panel.actions, "colours", controls.colorMap, ColorMap::names());
+    colorMapList(panel.actions, "colours", controls.colorMap);
     text("Points: fraction over log density");
     look = {.xName = "log density", .yName = "fraction", .rootAxis = false, .height = 90.0F * panel.scale};
     look.histogram = shownHistogram(panel);

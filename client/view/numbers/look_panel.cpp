@@ -78,7 +78,7 @@ void drawColorBy(const NumbersPanel& panel) {
     }
     if (colorBy.column.empty()) return;
     drawColorRange(panel, colorBy);
-    nameList(panel.actions, "colours##by", colorBy.colorMap, ColorMap::names());
+    colorMapList(panel.actions, "colours##by", colorBy.colorMap);
     std::string ofPixel = colorBy.ofPixel.empty() ? std::string(ofPixelNames.front()) : colorBy.ofPixel;
     if (chooseName("of a pixel's points", ofPixel, ofPixelNames)) {
         colorBy.ofPixel = ofPixel == ofPixelNames.front() ? "" : ofPixel;
@@ -112,24 +112,23 @@ void drawPicked(const NumbersPanel& panel) {
     slider(panel.actions, "width", panel.model.pathWidth, 0.5F, 8.0F, "%.1f pixels");
 }
 
-void drawAnnotations(const NumbersPanel& panel) {
+void drawAnnotations(PanelActions& actions, proto::Annotations& annotations) {
     if (!section("Beside the picture")) return;
-    auto& annotations = panel.model.annotations;
     bool axes = annotations.axes(), colorBar = annotations.color_bar();
     bool scaleBar = annotations.scale_bar(), labels = annotations.labels();
-    checkbox(panel.actions, "axes", axes);
+    checkbox(actions, "axes", axes);
     ImGui::SameLine();
-    checkbox(panel.actions, "colour bar", colorBar);
-    checkbox(panel.actions, "scale bar", scaleBar);
+    checkbox(actions, "colour bar", colorBar);
+    checkbox(actions, "scale bar", scaleBar);
     ImGui::SameLine();
-    checkbox(panel.actions, "labels", labels);
+    checkbox(actions, "labels", labels);
     annotations.set_axes(axes);
     annotations.set_color_bar(colorBar);
     annotations.set_scale_bar(scaleBar);
     annotations.set_labels(labels);
     auto points = static_cast<float>(annotations.has_font_points() ? annotations.font_points() : 9.0);
     const float before = points;
-    slider(panel.actions, "font", points, 5.0F, 24.0F, "%.1f points");
+    slider(actions, "font", points, 5.0F, 24.0F, "%.1f points");
     if (points != before) annotations.set_font_points(decimal(points));
 }
 

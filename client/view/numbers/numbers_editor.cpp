@@ -84,7 +84,7 @@ void HistogramWindow::drawControls(const NumbersPanel& panel) {
     ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::SetNextItemWidth(90.0F * panel.scale);
-    chooseName("##colours", view.colorMap, ColorMap::names());
+    chooseColorMap("##colours", view.colorMap);
     ImGui::SameLine();
     if (ImGui::Button("All")) view.showAll();
 }
@@ -214,7 +214,6 @@ void NumbersEditor::drawPanel(ViewModel& model, const proto::Manifest& manifest,
     }
     if (!quantities.empty()) drawColorBy(panel);
     drawPicked(panel);
-    drawAnnotations(panel);
 }
 
 void NumbersEditor::drawOver(ViewModel& model, const proto::Manifest* manifest, const NumbersArea& area,
@@ -270,13 +269,14 @@ bool NumbersEditor::takeMouse(ViewModel& model, const NumbersArea& area, PanelAc
     if (!done.lasso.empty()) {
         const auto view = model.view(area.columns, area.rows);
         const double aspect = aspectOf(area);
-        takeGesture(model, lassoOn(model.camera(aspect), aspect, view.layers(0), done.lasso), "lasso",
+        takeGesture(model, lassoOn(model.camera(aspect), aspect, model.layer(), done.lasso), "lasso",
                     actions);
         open = true;
     }
     if (done.pick) {
         proto::PickQuery place;
         *place.mutable_view() = model.view(area.columns, area.rows);
+        place.mutable_view()->mutable_layers()->SwapElements(0, model.chosen());  // it is the first's
         place.set_x(done.pick->x * area.columns);
         place.set_y(done.pick->y * area.rows);
         data_.pick(place);

@@ -52,9 +52,10 @@ NumbersModel::NumbersModel() {
     read(view);
 }
 
-void NumbersModel::read(const proto::View& view) {
+void NumbersModel::read(const proto::View& view, int index) {
+    layer_ = index;
     const std::string before = chosen_ ? selections_[static_cast<int>(*chosen_)].name() : std::string();
-    const auto& layer = view.layers().empty() ? proto::Layer::default_instance() : view.layers(0);
+    const auto& layer = index < view.layers_size() ? view.layers(index) : proto::Layer::default_instance();
     selections_ = view.selections();
     given_.clear();
     annotations = view.annotations();
@@ -121,9 +122,10 @@ void NumbersModel::write(proto::View& view) const {
     }
     for (int i = 0; i < view.layers_size(); ++i) {
         auto& layer = *view.mutable_layers(i);
-        if (i == 0) {
+        if (i == layer_) {
             writeLayer(layer);
-        } else if (layer.has_particles() && shownByUser_ && layer.dataset() == view.layers(0).dataset()) {
+        } else if (layer.has_particles() && shownByUser_ &&
+                   layer.dataset() == view.layers(layer_).dataset()) {
             writeShown(layer);
         }
     }

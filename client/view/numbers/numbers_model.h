@@ -35,9 +35,9 @@ class NumbersModel {
 
     /// Takes a view that has been parsed without error. The chosen selection stays, if there is one of its
     /// name.
-    void read(const proto::View& view);
-    /// Selections and annotations of the view; the rest of its first layer, which has it where it is of
-    /// particles; and what a user has shown of a selection, in all layers of its dataset.
+    void read(const proto::View& view, int layer = 0);
+    /// Selections and annotations of the view; the rest of the layer that was read, which has it where it
+    /// is of particles; and what a user has shown of a selection, in all layers of its dataset.
     void write(proto::View& view) const;
     /// Shows another dataset: what it has no columns or ids for is not shown of it.
     void setDataset(const proto::ParticlesManifest& manifest);
@@ -91,6 +91,7 @@ class NumbersModel {
     void writeLayer(proto::Layer& layer) const;
     void writeShown(proto::Layer& layer) const;
 
+    int layer_ = 0;  // of the view, that it is about
     NamedSelectionMessages selections_;
     std::optional<std::size_t> chosen_;
     std::string highlighted_, alone_;

@@ -47,6 +47,8 @@ struct NumbersPanel {
     PanelActions& actions;
 };
 
+/// What a picture says beside what it shows, of any view.
+void drawAnnotations(PanelActions& actions, proto::Annotations& annotations);
 /// The list of selections, and how the next is made.
 void drawSelections(const NumbersPanel& panel);
 /// The conditions of the chosen one.
@@ -55,7 +57,6 @@ void drawConditions(const NumbersPanel& panel, const proto::NamedSelection& chos
 std::optional<std::uint32_t> drawStatistics(const NumbersPanel& panel);
 void drawColorBy(const NumbersPanel& panel);
 void drawPicked(const NumbersPanel& panel);
-void drawAnnotations(const NumbersPanel& panel);
 
 /// The selection that the panel edits is now this one; a refusal is said.
 void edit(const NumbersPanel& panel, const proto::Selection& selection);

@@ -32,7 +32,6 @@ class PanelHand {
     void drag(ViewModel& model, test::Random& random);
 
   private:
-    Playback playback_;
     NumbersEditor numbers_;
     ViewFiles files_;
     ServerState server_;

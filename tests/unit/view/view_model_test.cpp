@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
@@ -15,6 +16,7 @@
 #include "client/view/panel_widgets.h"
 #include "client/view/replot.h"
 #include "client/view/slider_values.h"
+#include "client/view/time_bar.h"
 #include "client/view/view_files.h"
 #include "client/view/view_model.h"
 #include "protocol/scene/json.h"
@@ -282,7 +284,7 @@ glm::dvec2 onScreen(const Camera& camera, const glm::dvec3& point) {
 
 TEST(CameraControl, OrbitKeepsDistanceAndTarget) {
     const Camera before;
-    const Camera after = orbit(before, {0.3, -0.2});
+    const Camera after = orbit(before, {0.3, -0.2}, before.target);
     EXPECT_NEAR(glm::distance(after.eye, after.target), glm::distance(before.eye, before.target), tolerance);
     EXPECT_EQ(after.target, before.target);
     EXPECT_GT(glm::distance(after.eye, before.eye), 0.5);
@@ -292,13 +294,13 @@ TEST(CameraControl, OrbitFollowsTheMouse) {
     // A point in front of the target moves the way the mouse does.
     const Camera before;
     const glm::dvec3 front(0.0, 0.0, 0.5);
-    EXPECT_GT(onScreen(orbit(before, {0.1, 0.0}), front).x, onScreen(before, front).x);
-    EXPECT_GT(onScreen(orbit(before, {0.0, 0.1}), front).y, onScreen(before, front).y);
+    EXPECT_GT(onScreen(orbit(before, {0.1, 0.0}, before.target), front).x, onScreen(before, front).x);
+    EXPECT_GT(onScreen(orbit(before, {0.0, 0.1}, before.target), front).y, onScreen(before, front).y);
 }
 
 TEST(CameraControl, OrbitStopsAtThePoles) {
     Camera camera;
-    for (int i = 0; i < 50; ++i) camera = orbit(camera, {0.0, 0.2});
+    for (int i = 0; i < 50; ++i) camera = orbit(camera, {0.0, 0.2}, camera.target);
     EXPECT_TRUE(parseCamera(toProto(camera)).ok());
     EXPECT_GT(camera.eye.y, 3.9);
 }
@@ -314,13 +316,14 @@ TEST(CameraControl, PanKeepsTheTargetPlaneUnderTheMouse) {
 
 TEST(CameraControl, DollyMovesTheEyeAndZoomDoesNot) {
     const Camera before;
-    EXPECT_LT(glm::distance(dolly(before, 1.0).eye, before.target), glm::distance(before.eye, before.target));
+    EXPECT_LT(glm::distance(dolly(before, 1.0, before.target).eye, before.target),
+              glm::distance(before.eye, before.target));
     EXPECT_EQ(zoom(before, 1.0).eye, before.eye);
     EXPECT_LT(zoom(before, 1.0).fovYDegrees, before.fovYDegrees);
 }
 
 TEST(CameraControl, TheEyeGoesToAnySideOfTheTarget) {
-    const Camera before = pan(orbit(Camera{}, {0.3, 0.1}), {0.1, 0.2});
+    const Camera before = pan(orbit(Camera{}, {0.3, 0.1}, {}), {0.1, 0.2});
     const auto front = lookFrom(before, 1, false);
     EXPECT_NEAR(glm::distance(front.eye, before.target), glm::distance(before.eye, before.target), tolerance);
     EXPECT_LT(front.eye.y, before.target.y);
@@ -331,17 +334,124 @@ TEST(CameraControl, TheEyeGoesToAnySideOfTheTarget) {
     }
 }
 
+TEST(CameraControl, WhatIsUnderThePointerStaysThere) {
+    const double aspect = 1.5;
+    const glm::dvec2 at(0.8, 0.3);
+    const Bounds box{glm::dvec3(-3.0, -1.0, -1.0), glm::dvec3(3.0, 1.0, 1.0)};
+    const Camera tilted = roll(orbit(Camera{}, {0.1, 0.1}, {}), 0.4);
+    for (const Camera& before : {tilted, toggleProjection(tilted)}) {
+        const glm::dvec2 place((at.x - 0.5) * aspect, at.y - 0.5);  // heights from the middle
+        const auto beside = placeAt(before, aspect, at);
+        EXPECT_NEAR(glm::distance(onScreen(before, beside), place), 0.0, tolerance);
+        EXPECT_NEAR(glm::dot(beside - before.target, before.eye - before.target), 0.0, tolerance);
+        const auto within = placeWithin(before, aspect, at, box);
+        ASSERT_TRUE(within);
+        EXPECT_NEAR(glm::distance(onScreen(before, *within), place), 0.0, tolerance);
+        for (int i = 0; i < 3; ++i) EXPECT_TRUE((*within)[i] > box.min[i] && (*within)[i] < box.max[i]);
+        EXPECT_FALSE(placeWithin(before, aspect, {0.02, 0.02}, {glm::dvec3(-0.1), glm::dvec3(0.1)}));
+        for (const Camera& after : {orbit(before, {0.2, 0.05}, *within), dolly(before, 3.0, *within)}) {
+            EXPECT_TRUE(parseCamera(toProto(after)).ok());
+            EXPECT_NE(after, before);
+        }
+        const auto nearer = dolly(before, 3.0, *within);
+        EXPECT_NEAR(glm::distance(onScreen(nearer, *within), place), 0.0, tolerance);
+    }
+}
+
+TEST(CameraControl, RollingAFullTurnIsNothing) {
+    Camera camera = orbit(Camera{}, {0.3, 0.1}, {});
+    const glm::dvec2 before = onScreen(camera, {0.5, 0.2, 0.1});
+    for (int i = 0; i < 4; ++i) {
+        camera = roll(camera, glm::half_pi<double>());
+        if (i > 0) continue;
+        // Counterclockwise; y is down.
+        EXPECT_NEAR(glm::distance(onScreen(camera, {0.5, 0.2, 0.1}), {before.y, -before.x}), 0.0, tolerance);
+    }
+    EXPECT_NEAR(glm::distance(onScreen(camera, {0.5, 0.2, 0.1}), before), 0.0, tolerance);
+}
+
+TEST(CameraControl, FittingAlongADirectionKeepsIt) {
+    Camera fitted;
+    fitted.eye = {1.0, 2.0, 9.0};
+    fitted.target = {1.0, 2.0, 3.0};
+    const auto camera = lookFrom(Camera{}, 0, true);
+    const auto along = fitAlong(camera, fitted);
+    EXPECT_EQ(along.target, fitted.target);
+    EXPECT_NEAR(glm::distance(along.eye, glm::dvec3(7.0, 2.0, 3.0)), 0.0, tolerance);
+}
+
+TEST(ViewModel, LayersComeGoAndChangePlaces) {
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(3));
+    model.addLayer("data/teapot", surface());
+    ASSERT_EQ(model.layers().size(), 2);
+    EXPECT_EQ(model.chosen(), 1);
+    EXPECT_TRUE(edits<StippleEditor>(model));
+    model.choose(0);
+    EXPECT_TRUE(edits<ParticlesEditor>(model));
+    controls<ParticlesEditor>(model).colorMap = "viridis";
+    model.duplicateLayer(0);
+    ASSERT_EQ(model.layers().size(), 3);
+    EXPECT_EQ(controls<ParticlesEditor>(model).colorMap, "viridis");
+    model.moveLayer(2, 0);
+    EXPECT_EQ(model.layers()[0].dataset(), "data/teapot");
+    model.setOpacity(0, 0.5);
+    model.setShown(0, false);
+    EXPECT_FALSE(model.isShown(0));
+    EXPECT_EQ(model.edited().layers(0).opacity(), 0.0);
+    model.setShown(0, true);
+    EXPECT_EQ(model.edited().layers(0).opacity(), 0.5);
+    model.removeLayer(0);
+    EXPECT_EQ(model.chosen(), 0);
+    EXPECT_EQ(model.edited().layers(1).particles().volume().color_map(), "viridis");
+    EXPECT_TRUE(parseView(model.view(64, 64)).ok());
+    model.keepOnlyChosen();
+    EXPECT_EQ(model.layers().size(), 1);
+    model.removeLayer(0);
+    EXPECT_TRUE(model.layers().empty());
+    model.addLayer("data/teapot", surface());
+    EXPECT_TRUE(edits<StippleEditor>(model));
+}
+
+TEST(ViewModel, LayersAtOneStepGoOnTogether) {
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(3));
+    model.addLayer("data/engine", volume(10.0));  // two steps
+    model.addLayer("data/long", plotOf(9));
+    model.setStep(1);
+    for (const auto& layer : model.layers()) EXPECT_EQ(layer.step(), 1U);
+    model.setStep(2);
+    EXPECT_EQ(model.layers()[1].step(), 1U);
+    EXPECT_EQ(model.layers()[0].step(), 2U);
+}
+
+TEST(ViewModel, TheCameraIsTheServersUntilItIsMoved) {
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(1));
+    Camera served;
+    served.eye = {1.0, 2.0, 3.0};
+    served.target = {0.5, 0.0, 0.0};
+    model.setServed(served);
+    EXPECT_EQ(model.camera(0.5), served);
+    EXPECT_FALSE(model.asked(64, 64).has_camera());
+    EXPECT_EQ(model.view(64, 64).camera().eye(2), 3.0);
+    model.setCamera(pan(served, {0.1, 0.0}));
+    EXPECT_NE(model.camera(0.5), served);
+    model.setDataset("data/teapot", surface());
+    EXPECT_NE(model.camera(0.5), served);
+}
+
 TEST(CameraControl, NoGestureLeavesTheValidCameras) {
     for (Camera camera : {Camera{}, toggleProjection(Camera{})}) {
         for (const double steps : {1e6, -1e6, 1e6}) {
-            camera = zoom(dolly(camera, steps), steps);
+            camera = zoom(dolly(camera, steps, camera.target), steps);
             EXPECT_TRUE(parseCamera(toProto(camera)).ok()) << steps;
         }
     }
 }
 
 TEST(CameraControl, TogglingProjectionTwiceIsNothing) {
-    const Camera before = orbit(Camera{}, {0.2, 0.1});
+    const Camera before = orbit(Camera{}, {0.2, 0.1}, {});
     const Camera after = toggleProjection(toggleProjection(before));
     EXPECT_NEAR(glm::distance(after.eye, before.eye), 0.0, tolerance);
     EXPECT_TRUE(after.perspective());
@@ -372,6 +482,46 @@ TEST(Playback, LeavesNoStepOutThatWasNotSeen) {
 TEST(Playback, BeginsAnewAtTheEnd) {
     auto playback = playing();
     EXPECT_EQ(playback.next(11.0, 4, 5, true), 0U);
+}
+
+TEST(Playback, GoesBackAndInStridesAndMayEnd) {
+    auto playback = playing();
+    playback.stride = 3;
+    EXPECT_EQ(playback.next(11.0, 1, 5, true), 4U);
+    playback.backwards = true;
+    EXPECT_EQ(playback.next(12.0, 4, 5, true), 1U);
+    EXPECT_EQ(playback.next(13.0, 1, 5, true), 4U);
+    playback.loop = false;
+    EXPECT_EQ(playback.next(14.0, 1, 5, true), std::nullopt);
+    EXPECT_FALSE(playback.playing);
+}
+
+TEST(TimeBar, TimesAreThoseThatTellStepsApart) {
+    auto manifest = plotOf(3);
+    EXPECT_TRUE(stepTimes(manifest).empty());
+    for (int i = 0; i < 3; ++i) manifest.mutable_particles()->mutable_steps(i)->set_time(0.5 * i);
+    EXPECT_EQ(stepTimes(manifest), (std::vector<double>{0.0, 0.5, 1.0}));
+    manifest.mutable_particles()->mutable_steps(2)->set_time(std::numeric_limits<double>::infinity());
+    EXPECT_TRUE(stepTimes(manifest).empty());
+}
+
+TEST(ViewModel, AStyleGoesFromLayerToLayer) {
+    ViewModel model;
+    ASSERT_TRUE(model.load(savedView()).ok());
+    const auto style = model.style();
+    EXPECT_EQ(style.dataset(), "");
+    EXPECT_EQ(style.particles().points().opacity(), 0.25);
+    model.choose(1);
+    ASSERT_TRUE(model.setStyle(style).ok());
+    EXPECT_EQ(model.edited().layers(1).particles().volume().color_map(), "viridis");
+    EXPECT_EQ(model.edited().layers(1).dataset(), "data/other");
+    proto::Layer other;
+    other.mutable_mesh();
+    EXPECT_FALSE(model.setStyle(other).ok());
+    auto bad = style;
+    bad.mutable_particles()->mutable_points()->set_opacity(7.0);
+    EXPECT_FALSE(model.setStyle(bad).ok());
+    EXPECT_EQ(model.edited().layers(1).particles().points().opacity(), 0.25);
 }
 
 TEST(Playback, IsStillWhereThereIsNothingToPlay) {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/over_picture.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace mote::client {
+namespace {
+
+constexpr auto noteFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                           ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing |
+                           ImGuiWindowFlags_NoNav;
+
+/// The way that was chosen, or nothing.
+std::function<void()> drawNote(const Note& note, float width) {
+    std::function<void()> chosen;
+    ImGui::PushTextWrapPos(width);
+    ImGui::TextUnformatted(note.sentence.c_str());
+    ImGui::PopTextWrapPos();
+    for (std::size_t i = 0; i < note.ways.size(); ++i) {
+        if (i > 0) ImGui::SameLine();
+        if (ImGui::Button(note.ways[i].first.c_str())) chosen = note.ways[i].second;
+    }
+    return chosen;
+}
+
+}  // namespace
+
+void Notes::add(Note note) {
+    clear(note.sentence);
+    if (news_.size() >= most) news_.erase(news_.begin());
+    news_.push_back(std::move(note));
+}
+
+void Notes::clear(const std::string& sentence) {
+    std::erase_if(news_, [&](const Note& each) { return each.sentence == sentence; });
+}
+
+void Notes::draw(const PictureArea& area, const std::vector<Note>& wrong) {
+    const float width = std::min(430.0F * area.scale, area.width - 20.0F);
+    std::function<void()> chosen;
+    if (!wrong.empty()) {
+        ImGui::SetNextWindowPos({area.width / 2.0F, 40.0F * area.scale}, ImGuiCond_Always, {0.5F, 0.0F});
+        ImGui::SetNextWindowBgAlpha(0.92F);
+        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 170, 130, 255));
+        ImGui::Begin("wrong", nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
+        for (std::size_t i = 0; i < wrong.size(); ++i) {
+            ImGui::PushID(static_cast<int>(i));
+            if (auto way = drawNote(wrong[i], width)) chosen = way;
+            ImGui::PopID();
+        }
+        ImGui::End();
+        ImGui::PopStyleColor();
+    }
+    if (!news_.empty()) {
+        ImGui::SetNextWindowPos({area.width - 10.0F * area.scale, area.height - 10.0F * area.scale},
+                                ImGuiCond_Always, {1.0F, 1.0F});
+        ImGui::SetNextWindowBgAlpha(0.88F);
+        ImGui::Begin("news", nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
+        std::size_t gone = news_.size();
+        for (std::size_t i = 0; i < news_.size(); ++i) {
+            ImGui::PushID(static_cast<int>(i));
+            if (auto way = drawNote(news_[i], width)) {
+                chosen = way;
+                gone = i;
+            }
+            if (!news_[i].ways.empty()) ImGui::SameLine();
+            if (ImGui::Button("Put away")) gone = i;
+            ImGui::PopID();
+        }
+        ImGui::End();
+        if (gone < news_.size()) news_.erase(news_.begin() + static_cast<std::ptrdiff_t>(gone));
+    }
+    if (chosen) chosen();
+}
+
+std::optional<AxisEnd> drawTriad(const Camera& camera, const std::array<std::string, 3>& names,
+                                 const PictureArea& area) {
+    const float arm = 30.0F * area.scale;
+    const ImVec2 middle{46.0F * area.scale, area.height - 46.0F * area.scale};
+    const auto toEye = camera.worldToEye();
+    std::vector<std::pair<glm::dvec3, AxisEnd>> ends;
+    for (int i = 0; i < 6; ++i) {
+        glm::dvec4 direction(0.0);
+        direction[i / 2] = i % 2 == 0 ? 1.0 : -1.0;
+        ends.push_back({glm::dvec3(toEye * direction), {i / 2, i % 2 == 0}});
+    }
+    std::ranges::sort(ends, {}, [](const auto& end) { return end.first.z; });  // the nearest over the others
+    constexpr ImU32 colors[] = {IM_COL32(235, 90, 80, 255), IM_COL32(110, 200, 90, 255),
+                                IM_COL32(90, 150, 255, 255)};
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const auto& io = ImGui::GetIO();
+    const bool clicked =
+        ImGui::IsMouseReleased(ImGuiMouseButton_Left) && io.MouseDragMaxDistanceSqr[0] < 16.0F;
+    std::optional<AxisEnd> chosen;
+    for (const auto& [to, end] : ends) {
+        const ImVec2 at{middle.x + arm * static_cast<float>(to.x), middle.y - arm * static_cast<float>(to.y)};
+        const auto axis = static_cast<std::size_t>(end.axis);
+        const bool over = std::hypot(io.MousePos.x - at.x, io.MousePos.y - at.y) < 9.0F * area.scale &&
+                          !io.WantCaptureMouse;
+        if (end.positive) draw.AddLine(middle, at, colors[axis], 2.0F * area.scale);
+        draw.AddCircleFilled(at, (end.positive ? 8.0F : 4.0F) * area.scale,
+                             over ? IM_COL32_WHITE : colors[axis]);
+        const ImVec2 size = ImGui::CalcTextSize(names[axis].c_str());
+        if (end.positive)
+            draw.AddText({at.x - size.x / 2.0F, at.y - size.y / 2.0F}, IM_COL32(10, 10, 14, 255),
+                         names[axis].c_str());
+        if (over && clicked) chosen = end;
+    }
+    return chosen;
+}
+
+}  // namespace mote::client

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TimeBar: the steps of what is shown, in a bar below the picture: where it stands, going there, and playing.
+// Main thread, within a Dear ImGui frame.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/view/panel_widgets.h"
+#include "client/view/view_model.h"
+#include "protocol/mote.pb.h"
+
+namespace mote::client {
+
+/// When the next step of a series is shown: at a chosen rate, but not before the one of now was
+/// seen, so that a slow server leaves none out. A value that knows no clock.
+class Playback {
+  public:
+    bool playing = false;
+    bool loop = true;  ///< else it ends at the last
+    bool backwards = false;
+    int stride = 1;  ///< steps at a time
+    float stepsPerSecond = 10.0F;
+
+    /// The step to show at `now` seconds. `seen`: a picture of `step` is on the screen.
+    std::optional<std::uint32_t> next(double now, std::uint32_t step, int steps, bool seen) {
+        if (!playing || !seen || steps < 2 || now < last_ + 1.0 / stepsPerSecond) return std::nullopt;
+        last_ = now;
+        const std::int64_t wanted = std::int64_t{step} + (backwards ? -stride : stride);
+        if (wanted >= 0 && wanted < steps) return static_cast<std::uint32_t>(wanted);
+        playing = loop;
+        if (!loop) return std::nullopt;
+        return backwards ? static_cast<std::uint32_t>(steps) - 1 : 0U;
+    }
+
+  private:
+    double last_ = 0.0;  // seconds; when a step was last shown
+};
+
+/// The times of a dataset's steps, ascending; empty where it says none that can be told apart.
+std::vector<double> stepTimes(const proto::Manifest& manifest);
+
+struct TimeBarPlace {
+    float left, top, width, scale;  ///< screen coordinates; pixels to one of them
+};
+
+class TimeBar {
+  public:
+    static float height(float scale);
+    /// `times`: of the steps, or none.
+    void draw(ViewModel& model, Playback& playback, const std::vector<double>& times,
+              const TimeBarPlace& place, PanelActions& actions);
+
+  private:
+    void drawTrack(ViewModel& model, const std::vector<double>& times, float width,
+                   PanelActions& actions) const;
+
+    bool byTime_ = false;  // else steps lie evenly
+};
+
+}  // namespace mote::client
