@@ -14,7 +14,7 @@
 #include "client/frames/video_file.h"
 #include "client/shared/script.h"
 #include "protocol/scene/complain.h"
-#include "protocol/scene/film_job.h"
+#include "protocol/scene/film/film_job.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
@@ -347,6 +347,47 @@ Result<KnownData> askAll(const Servers& servers, const proto::Script& script) {
     return *std::move(first);
 }
 
+/// The camera that the server fits to what a view shows; none where it fits none.
+Result<std::optional<proto::Camera>> fittedCamera(PictureServer& server, proto::View view, Wakeup& wakeup,
+                                                  const Interrupt& interrupt) {
+    // Nothing of this picture stays: the film's first one keeps no strokes of it.
+    for (auto& layer : *view.mutable_layers()) {
+        if (layer.has_ink()) layer.mutable_ink()->clear_coherent();
+    }
+    const auto asked = server.ask(view, proto::SRGB8, {});
+    while (true) {
+        if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
+        for (auto& answer : server.poll()) {
+            if (answer.view != asked) continue;
+            MOTE_RETURN_IF_ERROR(answer.frame);
+            const auto& message = answer.frame->message;
+            return message.has_camera() ? std::optional(message.camera()) : std::nullopt;
+        }
+        if (const auto lost = server.lost()) return *lost;
+        wakeup.wait(signalPatience);
+    }
+}
+
+/// A film of which a keyframe, or the beginning, leaves the camera out looks from where a picture of that
+/// view does: its server knows what is shown.
+Status fitFilm(PictureServer& server, proto::Script& script, const FilmDatasets& datasets, Wakeup& wakeup,
+               const Interrupt& interrupt) {
+    const auto fit = [&](proto::View& view) -> Status {
+        // What is wrong with a view is told with its place, before anything is drawn.
+        if (view.has_camera() || view.layers().empty() || !checkDatasets(view, datasets).ok())
+            return success();
+        MOTE_ASSIGN_OR_RETURN(const auto camera, fittedCamera(server, view, wakeup, interrupt));
+        if (camera) *view.mutable_camera() = *camera;
+        return success();
+    };
+    for (int i = 0; i < script.keyframes_size(); ++i) {
+        MOTE_RETURN_IF_ERROR(fit(*script.mutable_keyframes(i)->mutable_view()),
+                             fmt::format("keyframes[{}].view", i));
+    }
+    if (script.moves_size() > 0) MOTE_RETURN_IF_ERROR(fit(*script.mutable_view()), "view");
+    return success();
+}
+
 std::optional<VideoSettings> videoOf(const FramesOptions& options, const Film& film) {
     if (options.video.empty()) return std::nullopt;
     VideoSettings settings;
@@ -430,10 +471,14 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
     Wakeup wakeup;
     MOTE_ASSIGN_OR_RETURN(const auto servers, openServers(options, wakeup, interrupt));
     MOTE_ASSIGN_OR_RETURN(const auto known, askAll(servers, script));
-    const auto film = Film::create(script, known.datasets);
-    if (!film.ok())
-        return Error{film.error().code, fmt::format("{}: {}", name, film.error().where),
-                     film.error().message};
+    const auto inScript = [&](const Error& error) {
+        return Error{error.code, fmt::format("{}: {}", name, error.where), error.message};
+    };
+    auto fitted = script;
+    const auto fits = fitFilm(*servers.front(), fitted, known.datasets, wakeup, interrupt);
+    if (!fits.ok()) return inScript(fits.error());
+    const auto film = Film::create(fitted, known.datasets);
+    if (!film.ok()) return inScript(film.error());
     const auto video = videoOf(options, *film);
     const auto key = video ? videoKey(options, *video, script, known.key) : std::string();
     if (video && options.resume && !options.keepFrames && readVideoKey(options.video, video->format) == key) {

@@ -8,7 +8,7 @@
 #include <exception>
 #include <utility>
 
-#include "protocol/scene/film_job.h"
+#include "protocol/scene/film/film_job.h"
 
 namespace mote::client {
 

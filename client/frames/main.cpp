@@ -18,8 +18,8 @@
 #include "protocol/scene/complain.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/film/film_job.h"
 #include "protocol/scene/film/sized_script.h"
-#include "protocol/scene/film_job.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/utf8.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "protocol/scene/film/check_script.h"
-#include "protocol/scene/film_job.h"
+#include "protocol/scene/film/film_job.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/system_error.h"
 

@@ -43,7 +43,8 @@ CameraFit::CameraFit(const Outlook& outlook, double aspect, double margin) : up_
     enter(glm::dmat4(1.0));
 }
 
-void CameraFit::enter(const glm::dmat4& layerToWorld) {
+void CameraFit::enter(const glm::dmat4& layerToWorld, HalfSpaces clips) {
+    clips_ = std::move(clips);
     const glm::dmat3 linear(layerToWorld);
     for (int i = 0; i < ofPicture; ++i) {
         const auto at = static_cast<std::size_t>(i);

@@ -16,7 +16,7 @@
 #include <optional>
 
 #include "protocol/mote.pb.h"
-#include "protocol/scene/bounds.h"
+#include "protocol/scene/clip.h"
 #include "protocol/scene/error.h"
 
 namespace mote {
@@ -58,8 +58,10 @@ class CameraFit {
     /// `aspect`: width over height.
     CameraFit(const Outlook& outlook, double aspect, double margin = usualMargin);
 
-    /// Takes places of a layer's space, from now on.
-    void enter(const glm::dmat4& layerToWorld);
+    /// Takes places of a layer's space, from now on, of which it looks for those that `clips` leave.
+    void enter(const glm::dmat4& layerToWorld, HalfSpaces clips = {});
+    /// Whether it looks for a place.
+    bool takes(const glm::dvec3& place) const { return inAll(clips_, place); }
     /// What is not finite does not count.
     void add(const glm::dvec3& place);
     void add(const Bounds& box);
@@ -82,6 +84,7 @@ class CameraFit {
     // The picture's left, right, lower and upper side, near and far; then those of the layer's box.
     std::array<glm::dvec3, directions> world_, normals_;
     std::array<double, directions> offsets_{}, most_{};
+    HalfSpaces clips_;
 };
 
 /// The camera of a box, whose middle it looks at: a hand that turns it turns it around that.

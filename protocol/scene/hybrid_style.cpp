@@ -20,6 +20,7 @@ namespace {
 // In the order of their enumerations.
 constexpr std::array<std::string_view, 4> representations{"", "points", "residual", "volume"};
 constexpr std::array<std::string_view, 3> shapes{"square", "disc", "gaussian"};
+constexpr std::array<std::string_view, 3> shown{"", "maximum", "surface"};
 
 using HybridKnots = google::protobuf::RepeatedPtrField<proto::HybridStyle::Knot>;
 
@@ -37,29 +38,6 @@ Status validateHybridColors(proto::HybridStyle& style) {
     const auto& range = style.color_range();
     if (range.empty() || range[0] < range[1]) return success();
     return invalid("colorRange", "the second value must be the greater one");
-}
-
-Status makeUnitNormal(proto::ClipPlane& plane) {
-    const glm::dvec3 normal = readVector(plane.normal());
-    const double length = glm::length(normal);
-    if (!(length > 1e-6)) return invalid("normal", "a normal must not be zero");
-    writeVector(normal / length, plane.mutable_normal());
-    plane.set_distance(plane.distance() / length);
-    return success();
-}
-
-Status validateClips(proto::HybridStyle& style) {
-    if (style.clip_planes_size() > HybridStyle::mostClipPlanes) {
-        return invalid("clipPlanes", fmt::format("a layer has at most {} clip planes, not {}",
-                                                 HybridStyle::mostClipPlanes, style.clip_planes_size()));
-    }
-    for (int i = 0; i < style.clip_planes_size(); ++i)
-        MOTE_RETURN_IF_ERROR(makeUnitNormal(*style.mutable_clip_planes(i)), fmt::format("clipPlanes[{}]", i));
-    for (int axis = 0; style.has_clip_box() && axis < 3; ++axis) {
-        if (!(style.clip_box().min(axis) < style.clip_box().max(axis)))
-            return invalid(fmt::format("clipBox.max[{}]", axis), "must lie above the box's min");
-    }
-    return success();
 }
 
 std::optional<Curve> hybridCurveOf(const HybridKnots& knots) {
@@ -92,7 +70,8 @@ Result<proto::HybridStyle> parseHybridStyle(proto::HybridStyle message) {
     MOTE_ASSIGN_OR_RETURN(auto style, resolved(std::move(message)));
     if (style.light().shadow()) return invalid("light.shadow", "volumes cast no shadows");
     MOTE_RETURN_IF_ERROR(validateHybridColors(style));
-    MOTE_RETURN_IF_ERROR(validateClips(style));
+    MOTE_RETURN_IF_ERROR(checkPlanes(*style.mutable_clip_planes(), "clipPlanes"));
+    if (style.has_clip_box()) MOTE_RETURN_IF_ERROR(checkBox(style.clip_box(), "clipBox"));
     return style;
 }
 
@@ -107,17 +86,19 @@ HybridStyle hybridStyleOf(const proto::HybridStyle& message) {
         .pointShape = enumOf<PointShape>(message.point_shape(), shapes),
         .pointOpacity = message.point_opacity(),
         .light = lightOf(message.light()),
-        .clipPlanes = {},
-        .clipBox = {}};
+        .clipPlanes = halfSpacesOf(message.clip_planes(), nullptr),
+        .clipBox = {},
+        .shows = enumOf<HybridShows>(message.shows(), shown),
+        .isovalue = {},
+        .silhouettes = message.silhouettes()};
+    if (message.has_isovalue()) style.isovalue = message.isovalue();
+    if (message.has_clip_box())
+        style.clipBox = Bounds{readVector(message.clip_box().min()), readVector(message.clip_box().max())};
     for (const auto& knot : message.curve()) {
         if (!knot.color().empty()) style.colors.push_back(readColor(knot.color()));
     }
     if (!message.color_range().empty())
         style.colorRange = ValueRange{message.color_range(0), message.color_range(1)};
-    for (const auto& plane : message.clip_planes())
-        style.clipPlanes.push_back({readVector(plane.normal()), plane.distance()});
-    if (message.has_clip_box())
-        style.clipBox = Bounds{readVector(message.clip_box().min()), readVector(message.clip_box().max())};
     return style;
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
-#include "protocol/scene/bounds.h"
+#include "protocol/scene/clip.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/curve.h"
 #include "protocol/scene/error.h"
@@ -33,19 +33,18 @@ enum class PointShape {
     gaussian,  ///< evenly nowhere: as the source is interpolated
 };
 
-/// What lies where dot(normal, place) >= distance.
-struct HalfSpace {
-    glm::dvec3 normal;  ///< unit
-    double distance;    ///< layer units
-
-    bool operator==(const HalfSpace&) const = default;
+/// What of a volume is drawn.
+enum class HybridShows {
+    matter,
+    maximum,  ///< the greatest value on each ray
+    surface,  ///< that of one value
 };
 
 /// As drawn.
 struct HybridStyle {
     /// The length over which a constant value has the curve's opacity, over the volume's longest edge.
     static constexpr double opacityShare = 1.0 / 256.0;
-    static constexpr int mostClipPlanes = 6;
+    static constexpr int mostClipPlanes = mote::mostClipPlanes;
 
     HybridRepresentation representation;
     std::optional<Curve> opacity;  ///< value -> opacity over opacityShare; none: as the dataset's values ask
@@ -59,6 +58,9 @@ struct HybridStyle {
     Light light;
     std::vector<HalfSpace> clipPlanes;  ///< in layer space; what lies in all of them is drawn
     std::optional<Bounds> clipBox;      ///< in layer space
+    HybridShows shows;
+    std::optional<double> isovalue;  ///< of the surface; none: where the opacity begins
+    double silhouettes;              ///< 0 to 1: how much darker is what turns away from the eye
 
     /// The weight of the second of two samples is clamp((share - 1/2) * steepness + 1/2, 0, 1), by the share
     /// of the way to it.

@@ -10,7 +10,7 @@
 
 #include "protocol/quantity/quantity.h"
 #include "protocol/scene/dataset.h"
-#include "protocol/scene/film_job.h"
+#include "protocol/scene/film/film_job.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/step_range.h"
 

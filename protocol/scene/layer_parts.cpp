@@ -124,6 +124,22 @@ void visitPart(std::optional<Part>& part, const std::optional<Part>& other, Fiel
     if (part && other) visitFields(*part, *other, visitor);
 }
 
+/// A device knows so many half-spaces; and what is drawn on the screen has no places that could be cut away.
+Status checkClips(const Layer& layer) {
+    if (const auto* const dots = layer.stipple(); dots != nullptr && onPlane(*dots))
+        return invalid("clip", "a stippled picture lies on the screen: there is nothing to be cut");
+    const auto* const style = layer.hybrid();
+    if (style == nullptr) return success();
+    if (layer.clip->planes_size() + style->clip_planes_size() > mostClipPlanes) {
+        return invalid("clip.planes",
+                       fmt::format("a layer has at most {} clip planes, those of \"hybrid\" among them",
+                                   mostClipPlanes));
+    }
+    if (layer.clip->has_box() && style->has_clip_box())
+        return invalid("clip.box", "a layer has one clip box, and \"hybrid\" has it");
+    return success();
+}
+
 /// What goes nowhere is at the beginning of any way from its step.
 void visitTowards(Layer& layer, const Layer& other, FieldVisitor& visitor) {
     if (!layer.towards && !other.towards) return;
@@ -149,7 +165,9 @@ Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages
     if (message.has_paths()) MOTE_RETURN_IF_ERROR(take(parsePaths(message.paths()), "paths", layer.paths));
     if (message.has_towards())
         MOTE_RETURN_IF_ERROR(take(parseTowards(message.towards()), "towards", layer.towards));
-    return success();
+    if (!message.has_clip()) return success();
+    MOTE_RETURN_IF_ERROR(take(parseClip(message.clip()), "clip", layer.clip));
+    return checkClips(layer);
 }
 
 void writeLayerParts(const Layer& layer, proto::Layer& message) {
@@ -157,6 +175,7 @@ void writeLayerParts(const Layer& layer, proto::Layer& message) {
     if (layer.select) *message.mutable_select() = toProto(*layer.select);
     if (layer.highlight) *message.mutable_highlight() = toProto(*layer.highlight);
     if (layer.paths) *message.mutable_paths() = toProto(*layer.paths);
+    if (layer.clip) *message.mutable_clip() = *layer.clip;
     if (!layer.towards) return;
     message.mutable_towards()->set_step(layer.towards->step);
     message.mutable_towards()->set_share(layer.towards->share);
@@ -179,6 +198,7 @@ void visitLayer(Layer& layer, const Layer& other, FieldVisitor& visitor) {
     visitor.word(layer.select == other.select);
     visitPart(layer.highlight, other.highlight, visitor);
     visitPart(layer.paths, other.paths, visitor);
+    visitPart(layer.clip, other.clip, visitor);
     visitTowards(layer, other, visitor);
 }
 

@@ -124,6 +124,10 @@ Result<Selection::Lasso> parseLasso(const proto::Selection::Lasso& message) {
     MOTE_ASSIGN_OR_RETURN(lasso.transform, parseTransform(message.transform()));
     MOTE_ASSIGN_OR_RETURN(lasso.points,
                           parsePoints(message.points(), 3, Selection::maxPolygonPoints, farthest));
+    if (!message.has_clip()) return lasso;
+    auto clip = parseClip(message.clip());
+    MOTE_RETURN_IF_ERROR(clip, "clip");
+    lasso.clip = *std::move(clip);
     return lasso;
 }
 
@@ -345,6 +349,7 @@ void write(const Selection::Lasso& lasso, proto::Selection::Lasso& message) {
     message.set_aspect(lasso.aspect);
     writeTransform(lasso.transform, message.mutable_transform());
     writePoints(lasso.points, message.mutable_points());
+    if (lasso.clip) *message.mutable_clip() = *lasso.clip;
 }
 
 void write(const Selection& selection, proto::Selection& message) {

@@ -16,6 +16,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/camera.h"
+#include "protocol/scene/clip.h"
 #include "protocol/scene/error.h"
 
 namespace mote {
@@ -42,6 +43,7 @@ struct Selection {
         double aspect = 1.0;             ///< width over height of the picture
         glm::dmat4 transform{1.0};       ///< layer space to world space
         std::vector<glm::dvec2> points;  ///< at least 3; parts of the picture's width and height, y down
+        std::optional<proto::Clip> clip = {};  ///< checked: what it cuts away is not surrounded
         bool operator==(const Lasso&) const = default;
     };
     struct Density {

@@ -125,6 +125,16 @@ Bounds layersBounds(const std::vector<Layer>& layers) {
 
 }  // namespace
 
+HalfSpaces Layer::clips() const {
+    HalfSpaces clips = clip ? halfSpacesOf(*clip) : HalfSpaces();
+    if (const auto* const style = hybrid()) {
+        const auto own =
+            halfSpacesOf(style->clip_planes(), style->has_clip_box() ? &style->clip_box() : nullptr);
+        clips.insert(clips.end(), own.begin(), own.end());
+    }
+    return clips;
+}
+
 Result<View> parseView(const proto::View& message) {
     MOTE_RETURN_IF_ERROR(checkSize(message));
     View view;

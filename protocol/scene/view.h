@@ -4,9 +4,6 @@
 // one is valid in itself (whether its datasets exist, the catalogue knows).
 #pragma once
 
-#include <google/protobuf/message.h>
-
-#include <concepts>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -18,6 +15,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
+#include "protocol/scene/clip.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/ink_style.h"
@@ -26,16 +24,6 @@
 #include "protocol/scene/paths.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/stipple_style.h"
-
-/// Messages as values: equal where they say the same.
-namespace mote::proto {
-
-template <std::derived_from<google::protobuf::Message> Message>
-bool operator==(const Message& a, const Message& b) {
-    return a.SerializeAsString() == b.SerializeAsString();
-}
-
-}  // namespace mote::proto
 
 namespace mote {
 
@@ -54,8 +42,9 @@ struct Layer {
     std::optional<Highlight> highlight = {};  ///< these are drawn over the others
     std::optional<Paths> paths = {};          ///< the ways of some through all steps
     // Of kinds that have steps.
-    std::optional<Towards> towards = {};  ///< another step, and how far on the way there the layer is
-    bool inkIsDark = true;                ///< of ink: no lighter than its paper, it stands for what is dark
+    std::optional<Towards> towards = {};   ///< another step, and how far on the way there the layer is
+    std::optional<proto::Clip> clip = {};  ///< what is cut away, checked
+    bool inkIsDark = true;                 ///< of ink: no lighter than its paper, it stands for what is dark
 
     /// Null where it is of another kind.
     const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
@@ -64,6 +53,9 @@ struct Layer {
     const StippleStyle* stipple() const { return std::get_if<StippleStyle>(&style); }
     const proto::InkStyle* ink() const { return std::get_if<proto::InkStyle>(&style); }
     const MeshStyle* mesh() const { return std::get_if<MeshStyle>(&style); }
+    /// In all of which lies what is drawn of it, layer space: its own clip, and a hybrid style's planes and
+    /// box.
+    HalfSpaces clips() const;
 
     bool operator==(const Layer&) const = default;
 };

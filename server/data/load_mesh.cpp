@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "protocol/scene/dataset.h"
+#include "server/render/layers/mesh/cut_mesh.h"
 #include "storage/mesh/mesh_file.h"
 
 namespace mote::server {
@@ -30,26 +31,47 @@ std::uint64_t bytesBeside(const proto::Manifest& manifest) {
     return file == manifest.files().end() || file->size() < known ? 0 : file->size() - known;
 }
 
+/// Of the vertices; of none, of one place.
+Bounds boundsOf(const storage::SurfaceMesh& mesh) {
+    if (mesh.positions.empty()) return {glm::dvec3(0.0), glm::dvec3(0.0)};
+    Bounds bounds{glm::dvec3(mesh.positions[0]), glm::dvec3(mesh.positions[0])};
+    for (const glm::dvec3 place : mesh.positions) bounds = bounds.united({place, place});
+    return bounds;
+}
+
 Result<Loadable<render::MeshSurface>::Value> read(const storage::Catalogue::Entry& entry,
+                                                  const HalfSpaces& clips,
                                                   const AnyLoadable::Cancelled& cancelled) {
     MOTE_ASSIGN_OR_RETURN(auto mesh, storage::readMesh(entry.directory, *entry.manifest));
     if (cancelled()) return Error{ErrorCode::cancelled, "dataset", "the mesh is no longer wanted"};
-    return std::make_shared<const render::MeshSurface>(std::move(mesh), datasetBounds(*entry.manifest));
+    if (clips.empty())
+        return std::make_shared<const render::MeshSurface>(std::move(mesh), datasetBounds(*entry.manifest));
+    mesh = render::cutMesh(mesh, clips);
+    const Bounds bounds = boundsOf(mesh);
+    return std::make_shared<const render::MeshSurface>(std::move(mesh), bounds);
 }
 
 }  // namespace
 
-Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry) {
+Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry,
+                                                  const HalfSpaces& clips) {
     if (entry.manifest->kind() != "mesh") {
         return Error{ErrorCode::invalidArgument, "dataset",
                      fmt::format("\"{}\" is of kind \"{}\", not a mesh", entry.name, entry.manifest->kind())};
     }
     const auto& mesh = entry.manifest->mesh();
-    const auto bytes = mesh.vertices() * perVertex + mesh.triangles() * perTriangle + mesh.edges() * perEdge +
-                       perByteBeside * bytesBeside(*entry.manifest);
-    return Loadable<render::MeshSurface>(
+    // While it is cut there are the mesh before and after, and a triangle may become two.
+    const std::uint64_t times = clips.empty() ? 1 : 3;
+    const auto bytes = times * (mesh.vertices() * perVertex + mesh.triangles() * perTriangle +
+                                mesh.edges() * perEdge + perByteBeside * bytesBeside(*entry.manifest));
+    Loadable<render::MeshSurface> loadable(
         entry, [bytes](std::uint32_t) { return bytes; },
-        [entry](std::uint32_t, const AnyLoadable::Cancelled& cancelled) { return read(entry, cancelled); });
+        [entry, clips](std::uint32_t, const AnyLoadable::Cancelled& cancelled) {
+            return read(entry, clips, cancelled);
+        });
+    for (const auto& [normal, distance] : clips)
+        loadable.key += fmt::format("{:a} {:a} {:a} {:a},", normal.x, normal.y, normal.z, distance);
+    return loadable;
 }
 
 }  // namespace mote::server

@@ -8,7 +8,8 @@
 
 namespace mote::server {
 
-/// A mesh to be drawn. Errors: invalidArgument (a dataset of another kind).
-Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry);
+/// A mesh to be drawn, without what clips cut away. Errors: invalidArgument (a dataset of another kind).
+Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry,
+                                                  const HalfSpaces& clips = {});
 
 }  // namespace mote::server

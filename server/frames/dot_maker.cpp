@@ -36,7 +36,7 @@ render::Dots surfaceDots(const View& view, const Layer& layer,
                          DotHistory::Layer& history) {
     const StippleStyle& style = *layer.stipple();
     if (history.surface.lock() != surface || !style.soft()) history = {surface, {}};
-    const render::SurfaceDots dots(*surface, style, view, layer.transform);
+    const render::SurfaceDots dots(*surface, style, view, layer.transform, layer.clips());
     auto seen = dots.seen(dots.chosen());
     if (!style.soft()) return dots.onScreen(seen);
     return dots.onScreen(onTheWay ? history.points.step(*surface, dots, std::move(seen))

@@ -29,7 +29,7 @@ Result<bool> shownOf(const proto::HybridStyle& message, const ShownLayer& shown,
     MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
     MOTE_ASSIGN_OR_RETURN(const auto field, data.get(hybridStep(entry, shown.step, style.representation)));
     if (!field) return false;
-    render::addShown(*field, render::transferOf(style, *field), style, fit);
+    render::addShown(*field, render::transferOf(style, *field), style.representation, fit);
     return true;
 }
 

@@ -18,7 +18,7 @@ Result<LayerPart> inkOfMesh(const proto::InkStyle& style, const storage::Catalog
         return Error{ErrorCode::invalidArgument, "ink.curve",
                      fmt::format("a curve is of a volume or of particles, and \"{}\" is a mesh", entry.name)};
     }
-    return meshPart(asked);
+    return meshPart(asked, asked.layer.clips());
 }
 
 Result<LayerPart> inkOfParticles(const storage::Catalogue::Entry& entry, const LayerRequest& asked) {
@@ -78,7 +78,7 @@ Result<bool> shownOf(const proto::InkStyle& style, const ShownLayer& shown, Step
     if (!field) return false;
     const auto ink = inkStyleOf(style, true);
     const auto transfer = render::inkTransfer(ink, *field, kind == "particles");
-    render::addShown(*field, transfer, hybridStyleOf(parseHybridStyle({}).value()), fit);
+    render::addShown(*field, transfer, HybridRepresentation::best, fit);
     return true;
 }
 

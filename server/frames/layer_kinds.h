@@ -56,8 +56,8 @@ Result<bool> shownOf(const StippleStyle& style, const ShownLayer& shown, StepSou
 Result<bool> shownOf(const proto::InkStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
 Result<bool> shownOf(const MeshStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
 
-/// What several kinds of layers draw alike: a mesh; a hybrid volume. As partOf.
-Result<LayerPart> meshPart(const LayerRequest& asked);
+/// What several kinds of layers draw alike: a mesh, without what clips cut away; a hybrid volume. As partOf.
+Result<LayerPart> meshPart(const LayerRequest& asked, const HalfSpaces& clips = {});
 Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerRequest& asked);
 
 /// The plane hierarchy of a layer that stipples a picture; null where it is on its way. Errors: as partOf.

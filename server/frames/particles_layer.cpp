@@ -170,8 +170,10 @@ class SeenLeaves {
     void addPoints(std::uint32_t leaf) {
         const auto cell = walk_.cell(leaf);
         const auto& leaves = walk_.leaves();
-        for (const auto& point : step_.positions(leaves.pointBegin[leaf], leaves.pointCount[leaf]))
-            fit_.add(cell.at(point));
+        for (const auto& point : step_.positions(leaves.pointBegin[leaf], leaves.pointCount[leaf])) {
+            const auto place = cell.at(point);
+            if (fit_.takes(place)) fit_.add(place);
+        }
     }
 
     const storage::ParticleStep& step_;

@@ -53,7 +53,7 @@ namespace {
 
 /// False where its data are on their way.
 Result<bool> showLayer(const Layer& layer, bool onLight, StepSource& data, CameraFit& fit) {
-    fit.enter(layer.transform);
+    fit.enter(layer.transform, layer.clips());
     const auto show = [&](std::uint32_t step) {
         return std::visit(
             [&](const auto& style) {

@@ -57,7 +57,10 @@ Result<bool> shownOf(const StippleStyle&, const ShownLayer& shown, StepSource& d
     MOTE_ASSIGN_OR_RETURN(const auto surface, data.get(stippleSurface(entry)));
     if (!surface) return false;
     const auto& points = surface->replay();
-    for (std::size_t i = 0; i < points.size(); ++i) fit.add(glm::dvec3(points.position(i)));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const glm::dvec3 place(points.position(i));
+        if (fit.takes(place)) fit.add(place);
+    }
     return true;
 }
 

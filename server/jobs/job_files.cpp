@@ -13,7 +13,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/scene/film_job.h"
+#include "protocol/scene/film/film_job.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
 #include "protocol/scene/utf8.h"

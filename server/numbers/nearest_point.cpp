@@ -19,12 +19,14 @@ constexpr std::uint64_t askedEach = 4096;  // cells
 class Search {
   public:
     Search(const storage::ParticleStep& step, const Curve& fraction, const View& view,
-           const glm::dmat4& layerToWorld, const PicturePlace& place, NearestPoint& best)
+           const glm::dmat4& layerToWorld, const HalfSpaces& clips, const PicturePlace& place,
+           NearestPoint& best)
         : walk_(step),
           map_(view.camera, view.aspect(), layerToWorld),
           fraction_(fraction),
           width_(view.width),
           height_(view.height),
+          clips_(clips),
           place_(place),
           best_(best) {}
 
@@ -103,7 +105,7 @@ class Search {
             NearestPoint found;
             found.position = cell.at(positions[i]);
             const auto seen = map_(found.position);
-            if (std::isnan(seen.x)) continue;
+            if (std::isnan(seen.x) || !inAll(clips_, found.position)) continue;
             found.distance = std::hypot(seen.x * width_ - place_.x, seen.y * height_ - place_.y);
             found.depth = seen.depth;
             found.point = leaves.pointBegin[leaf] + i;
@@ -116,6 +118,7 @@ class Search {
     const storage::PictureMap map_;
     const Curve& fraction_;
     const double width_, height_;
+    const HalfSpaces& clips_;
     const PicturePlace place_;
     NearestPoint& best_;
     std::priority_queue<Open> open_;  // the nearest on top
@@ -124,9 +127,9 @@ class Search {
 }  // namespace
 
 bool findNearest(const storage::ParticleStep& step, const Curve& fraction, const View& view,
-                 const glm::dmat4& layerToWorld, const PicturePlace& place,
+                 const glm::dmat4& layerToWorld, const HalfSpaces& clips, const PicturePlace& place,
                  const std::function<bool()>& cancelled, NearestPoint& best) {
-    return Search(step, fraction, view, layerToWorld, place, best).run(cancelled);
+    return Search(step, fraction, view, layerToWorld, clips, place, best).run(cancelled);
 }
 
 }  // namespace mote::server

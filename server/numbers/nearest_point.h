@@ -33,10 +33,10 @@ struct NearestPoint {
 };
 
 /// The nearest that comes before `best`; `best` if there is none. Of two as near, the one nearer to the
-/// eye. `fraction`: of a leaf's points that are drawn, by its density. False if `cancelled` says to stop.
-/// Throws storage::StorageError.
+/// eye. `fraction`: of a leaf's points that are drawn, by its density. `clips`: what they cut away is not
+/// there. False if `cancelled` says to stop. Throws storage::StorageError.
 bool findNearest(const storage::ParticleStep& step, const Curve& fraction, const View& view,
-                 const glm::dmat4& layerToWorld, const PicturePlace& place,
+                 const glm::dmat4& layerToWorld, const HalfSpaces& clips, const PicturePlace& place,
                  const std::function<bool()>& cancelled, NearestPoint& best);
 
 }  // namespace mote::server

@@ -70,7 +70,7 @@ class PickRun final : public QueryRun {
                               context_.selections.chosen(run, layer.step, selection, cancelled));
         const storage::ParticleStep& points = selected ? *selected : *numbers.points;
         auto found = best_;
-        if (!findNearest(points, fraction, view_, layer.transform, place_, cancelled, found))
+        if (!findNearest(points, fraction, view_, layer.transform, layer.clips(), place_, cancelled, found))
             return Error{ErrorCode::cancelled, "", "cancelled"};
         if (!found.before(best_)) return success();
         if (selected) found.point = selected->sources()[found.point];

@@ -320,7 +320,10 @@ class InPoints final : public PointCondition {
 class InLasso final : public PointCondition {
   public:
     InLasso(const Selection::Lasso& lasso, const ParticleStep& step)
-        : walk_(step), map_(lasso.camera, lasso.aspect, lasso.transform), index_(lasso.points) {}
+        : walk_(step),
+          map_(lasso.camera, lasso.aspect, lasso.transform),
+          index_(lasso.points),
+          clips_(lasso.clip ? halfSpacesOf(*lasso.clip) : HalfSpaces()) {}
 
     void keep(PointRange block, Words words, Scratch&) const override {
         const auto& leaves = walk_.leaves();
@@ -331,8 +334,9 @@ class InLasso final : public PointCondition {
         keepWhere(words, [&](std::size_t i) {
             for (; block.begin + i >= end; end = leaves.pointBegin[leaf] + leaves.pointCount[leaf])
                 cell = walk_.cell(++leaf);
-            const auto seen = map_(cell.at(positions[i]));
-            return index_.contains(seen.x, seen.y);
+            const auto place = cell.at(positions[i]);
+            const auto seen = map_(place);
+            return index_.contains(seen.x, seen.y) && inAll(clips_, place);
         });
     }
 
@@ -340,6 +344,7 @@ class InLasso final : public PointCondition {
     const LeafWalk walk_;
     const PictureMap map_;
     const PolygonIndex index_;
+    const HalfSpaces clips_;
 };
 
 class InMask final : public PointCondition {

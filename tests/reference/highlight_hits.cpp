@@ -54,6 +54,7 @@ void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
         *scene.highlights[layer], [](std::size_t) { return 1.0; },
         [&](std::uint64_t point, const glm::dvec3& place) {
             const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;
+            if (cutAway(view.layers[layer], drawn)) return;
             inEye.emplace_back(layerToEye * glm::dvec4(drawn, 1.0));
         });
     const Depths depths = shaded(inEye, box);

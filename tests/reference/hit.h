@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "protocol/scene/camera.h"
+#include "protocol/scene/view.h"
 
 namespace mote::reference {
 
@@ -20,5 +20,8 @@ struct Hit {
 /// The nearest depth that is seen: nothing nearer, in points or volume. Minus infinity for an orthographic
 /// camera.
 double nearestDepth(const Camera& camera);
+
+/// Whether a layer's clips cut a place of layer space away (docs/PICTURE.md, "Clipping").
+bool cutAway(const Layer& layer, const glm::dvec3& place);
 
 }  // namespace mote::reference

@@ -27,11 +27,8 @@ double smoothStep(double x) {
 
 }  // namespace
 
-Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerToEye, const Camera& camera) {
-    static const storage::NormalTable table;
-    const glm::dvec3 inLayer(table.direction(normal));
-    if (inLayer == glm::dvec3(0.0)) return {std::min(1.0, light.ambient + light.diffuse), 0.0};
-    const glm::dvec3 n = glm::normalize(glm::inverse(glm::transpose(glm::dmat3(layerToEye))) * inLayer);
+Shade shadeOf(const glm::dvec3& n, const Light& light, const Camera& camera, double silhouettes) {
+    if (n == glm::dvec3(0.0)) return {std::min(1.0, light.ambient + light.diffuse), 0.0};
     const glm::dmat3 worldToEye(camera.worldToEye());
     const glm::dvec3 l = glm::normalize(light.fixed ? worldToEye * light.direction : light.direction);
     const glm::dvec3 h = glm::normalize(l + glm::dvec3(0.0, 0.0, 1.0));
@@ -39,7 +36,17 @@ Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerTo
     const auto power = [](double cosine) { return std::pow(std::max(0.0, cosine), 32.0); };
     const double diffuse = w * std::max(0.0, glm::dot(n, l)) + (1.0 - w) * std::max(0.0, -glm::dot(n, l));
     const double specular = w * power(glm::dot(n, h)) + (1.0 - w) * power(-glm::dot(n, h));
-    return {std::min(1.0, light.ambient + light.diffuse * diffuse), light.specular * specular};
+    const double left = 1.0 - silhouettes * std::pow(1.0 - std::abs(n.z), 2.0);
+    return {left * std::min(1.0, light.ambient + light.diffuse * diffuse), left * light.specular * specular};
+}
+
+Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerToEye, const Camera& camera,
+              double silhouettes) {
+    static const storage::NormalTable table;
+    const glm::dvec3 inLayer(table.direction(normal));
+    const bool none = inLayer == glm::dvec3(0.0);
+    const glm::dmat3 toEye = glm::inverse(glm::transpose(glm::dmat3(layerToEye)));
+    return shadeOf(none ? inLayer : glm::normalize(toEye * inLayer), light, camera, silhouettes);
 }
 
 HybridField::HybridField(const render::GridField& step, const Layer& layer, const Camera& camera)
@@ -51,7 +58,8 @@ HybridField::HybridField(const render::GridField& step, const Layer& layer, cons
       layerToBox_(glm::inverse(step.boxToLayer)) {
     const glm::dmat4 layerToEye = camera.worldToEye() * layer.transform;
     for (std::size_t code = 0; code < shades_.size(); ++code)
-        shades_[code] = shadeOf(static_cast<std::uint8_t>(code), style_.light, layerToEye, camera);
+        shades_[code] =
+            shadeOf(static_cast<std::uint8_t>(code), style_.light, layerToEye, camera, style_.silhouettes);
 }
 
 /// Between the samples around a place; `last`: the greatest index on each axis. `weightOf`: a sample's, by
@@ -122,6 +130,22 @@ double HybridField::value(const glm::dvec3& inLayer) const {
     return step_.valueOf(sampled(inLayer).code);
 }
 
+glm::dvec3 HybridField::falling(const glm::dvec3& inLayer) const {
+    const glm::dvec3 inBox(layerToBox_ * glm::dvec4(inLayer, 1.0));
+    glm::dvec3 size(step_.coarse.size);
+    if (corrected_) {
+        const GridBricks& bricks = *step_.bricks;
+        const glm::uvec3 brick = glm::uvec3(placeIn(inBox, bricks.size)) / GridBricks::edge;
+        if (bricks.numbers[bricks.index(brick)] != GridBricks::none) size = glm::dvec3(bricks.size);
+    }
+    glm::dvec3 slope(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+        const glm::dvec3 off = glm::dvec3(step_.boxToLayer[axis]) / size[axis];
+        slope[axis] = (sampled(inLayer + off).code - sampled(inLayer - off).code) * size[axis];
+    }
+    return -(glm::transpose(glm::dmat3(layerToBox_)) * slope);
+}
+
 VolumeMatter HybridField::at(const glm::dvec3& inLayer) const {
     const Sampled here = sampled(inLayer);
     const double v = step_.valueOf(here.code);
@@ -129,17 +153,12 @@ VolumeMatter HybridField::at(const glm::dvec3& inLayer) const {
 }
 
 std::vector<HalfSpace> HybridField::within() const {
-    std::vector<HalfSpace> sides = style_.clipPlanes;
+    std::vector<HalfSpace> sides;
     const glm::dmat4 rows = glm::transpose(layerToBox_);
     for (int axis = 0; axis < 3; ++axis) {
         const glm::dvec3 normal(rows[axis]);
         sides.push_back({normal, -rows[axis].w});
         sides.push_back({-normal, rows[axis].w - 1.0});
-        if (!style_.clipBox) continue;
-        glm::dvec3 along(0.0);
-        along[axis] = 1.0;
-        sides.push_back({along, style_.clipBox->min[axis]});
-        sides.push_back({-along, -style_.clipBox->max[axis]});
     }
     return sides;
 }

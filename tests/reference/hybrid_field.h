@@ -19,8 +19,11 @@ struct Shade {
     double diffuse = 0.0, specular = 0.0;
 };
 
+/// `normal`: eye space, unit; or zero, where there is none.
+Shade shadeOf(const glm::dvec3& normal, const Light& light, const Camera& camera, double silhouettes);
 /// `normal`: a code. `layerToEye`: of the layer.
-Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerToEye, const Camera& camera);
+Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerToEye, const Camera& camera,
+              double silhouettes = 0.0);
 
 class HybridField final : public Volume {
   public:
@@ -29,6 +32,9 @@ class HybridField final : public Volume {
     /// In the source's unit.
     double value(const glm::dvec3& inLayer) const;
     VolumeMatter at(const glm::dvec3& inLayer) const override;
+    /// The direction in which the value falls fastest, by differences as far apart as samples lie; of any
+    /// length.
+    glm::dvec3 falling(const glm::dvec3& inLayer) const;
     std::vector<HalfSpace> within() const override;
     double cellEdge() const override;
 

@@ -26,6 +26,7 @@ double determinant(const std::array<glm::dvec3, 3>& rows) {
 
 MeshHits::MeshHits(const View& view, const Layer& layer, const render::MeshSurface& surface)
     : view_(view),
+      layer_(layer),
       style_(*layer.mesh()),
       shading_(lightOf(style_.light())),
       color_(readColor(style_.color())),
@@ -86,7 +87,9 @@ bool MeshHits::inShadow(const glm::dvec3& place) const {
         const double u = glm::dot(place - a, across) / scale;
         const glm::dvec3 turned = glm::cross(place - a, right);
         const double v = glm::dot(lightInLayer_, turned) / scale;
-        return u >= 0.0 && v >= 0.0 && u + v <= 1.0 && glm::dot(left, turned) / scale >= 0.0;
+        const double at = glm::dot(left, turned) / scale;
+        return u >= 0.0 && v >= 0.0 && u + v <= 1.0 && at >= 0.0 &&
+               !cutAway(layer_, place + at * lightInLayer_);
     });
 }
 
@@ -120,6 +123,7 @@ void MeshHits::meet(const Triangle& triangle, const glm::dvec2& at, std::size_t 
     const double depth = perspective ? determinant(triangle.inWindow) / sum : -mixed(triangle.corners).z;
     if (depth < nearestDepth(view_.camera)) return;
     if (style_.wire() && !nearEdge(triangle, window)) return;
+    if (cutAway(layer_, mixed(triangle.inLayer))) return;
 
     const glm::dvec3 away = perspective ? glm::dvec3(window.x, window.y, -1.0) : glm::dvec3(0.0, 0.0, -1.0);
     const auto areaOf = [](const std::array<glm::dvec3, 3>& p) {

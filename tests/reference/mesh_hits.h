@@ -48,6 +48,7 @@ class MeshHits {
     glm::dvec3 shade(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool dark) const;
 
     const View& view_;
+    const Layer& layer_;
     const MeshStyle& style_;
     Light shading_;
     glm::dvec3 color_;  // linear RGB

@@ -55,6 +55,14 @@ bool ofNearest(const Layer& layer) {
 
 }  // namespace
 
+bool cutAway(const Layer& layer, const glm::dvec3& place) {
+    for (const auto& side : layer.clips()) {
+        const glm::dvec3 off = place - side.distance * side.normal;
+        if (off.x * side.normal.x + off.y * side.normal.y + off.z * side.normal.z < 0.0) return true;
+    }
+    return false;
+}
+
 double nearestDepth(const Camera& camera) {
     if (!camera.perspective()) return -std::numeric_limits<double>::infinity();
     return std::max(nearShare * glm::length(camera.target - camera.eye), 0.0);
@@ -156,6 +164,7 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
         const double value =
             code == render::noValue ? none : static_cast<double>(code) / render::greatestValue;
         const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;
+        if (cutAway(view.layers[layer], drawn)) return;
         addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(drawn, 1.0)), std::nullopt, value,
                  weight);
     });

@@ -59,6 +59,8 @@ class Renderer {
                 continue;
             opacity_.push_back(layer.opacity);
             within_.push_back(fields_.back()->within());
+            const auto clips = layer.clips();
+            within_.back().insert(within_.back().end(), clips.begin(), clips.end());
             eyeToLayer_.push_back(glm::inverse(view_.camera.worldToEye() * layer.transform));
         }
     }

@@ -27,6 +27,7 @@ glm::dvec3 placeIn(const std::string& form, Random& random) {
 
 /// Where a place of layer space is seen; nothing beside a perspective eye or behind it.
 std::optional<render::Dot> seenAt(const glm::dvec3& inLayer, const Layer& layer, const View& view) {
+    if (!inAll(layer.clips(), inLayer)) return std::nullopt;
     const glm::dvec4 eye = view.camera.worldToEye() * layer.transform * glm::dvec4(inLayer, 1.0);
     const double depth = -eye.z;
     const double nearest = 1e-4 * glm::length(view.camera.target - view.camera.eye);

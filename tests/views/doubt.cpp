@@ -67,6 +67,14 @@ Curve movedCurve(const Curve& curve, double offset, double least, double greates
     return Curve::create(std::move(knots), least, greatest).value();
 }
 
+/// `box`: null where there is none.
+void moveClips(ClipPlanes& planes, proto::ClipBox* box, double shift) {
+    for (auto& plane : planes) plane.set_distance(plane.distance() + shift);
+    if (box == nullptr) return;
+    for (auto* const corner : {box->mutable_min(), box->mutable_max()})
+        for (double& place : *corner) place += shift;
+}
+
 void moveStyle(proto::HybridStyle& style, const render::GridField& step, double way) {
     const double range = step.range.high - step.range.low;
     constexpr double widest = std::numeric_limits<double>::max();
@@ -79,13 +87,8 @@ void moveStyle(proto::HybridStyle& style, const render::GridField& step, double 
         written.set_opacity(knot.y);
         ++i;
     }
-    const double extent = glm::length(step.bounds().size());
-    const double shift = way * cutShift * extent;
-    for (auto& plane : *style.mutable_clip_planes()) plane.set_distance(plane.distance() + shift);
-    if (!style.has_clip_box()) return;
-    for (auto* const corner :
-         {style.mutable_clip_box()->mutable_min(), style.mutable_clip_box()->mutable_max()})
-        for (double& place : *corner) place += shift;
+    const double shift = way * cutShift * glm::length(step.bounds().size());
+    moveClips(*style.mutable_clip_planes(), style.has_clip_box() ? style.mutable_clip_box() : nullptr, shift);
 }
 
 void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
@@ -98,6 +101,10 @@ void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
         style->volumeOpacity = movedCurve(style->volumeOpacity, way * knotShift, 0.0, 1.0);
     if (auto* const style = std::get_if<proto::HybridStyle>(&layer.style))
         moveStyle(*style, *scene.hybrids[i], way);
+    if (!layer.clip) return;
+    const double extent = glm::length(boundsOf(scene, i).size());
+    moveClips(*layer.clip->mutable_planes(), layer.clip->has_box() ? layer.clip->mutable_box() : nullptr,
+              way * cutShift * extent);
 }
 
 bool differ(const Image& one, const Image& other, std::size_t pixel) {

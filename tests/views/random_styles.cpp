@@ -2,6 +2,7 @@
 #include "tests/views/random_styles.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "protocol/scene/fields/facts.h"
 #include "tests/views/random_curves.h"
@@ -118,7 +119,7 @@ void setHybridPoints(Random& random, proto::HybridStyle& style) {
     if (random.chance(0.4)) style.set_point_opacity(anyShare(random));
 }
 
-void setPlanes(Random& random, const Bounds& bounds, proto::HybridStyle& style) {
+void setPlanes(Random& random, const Bounds& bounds, ClipPlanes& planes) {
     if (!random.chance(0.35)) return;
     const glm::dvec3 size = bounds.size();
     for (auto count = 1 + random.below(random.chance(0.2) ? 6 : 2); count > 0; --count) {
@@ -128,14 +129,14 @@ void setPlanes(Random& random, const Bounds& bounds, proto::HybridStyle& style) 
         const double x = random.unit(), y = random.unit(), z = random.unit();
         glm::dvec3 place = bounds.min + size * glm::dvec3(x, y, z);
         if (random.chance(0.15)) place += 2.0 * random.sign() * size;
-        auto* const plane = style.add_clip_planes();
+        auto* const plane = planes.Add();
         setVector(normal, plane->mutable_normal());
         plane->set_distance(normal.x * place.x + normal.y * place.y + normal.z * place.z);
     }
 }
 
-void setClipBox(Random& random, const Bounds& bounds, proto::HybridStyle& style) {
-    if (!random.chance(0.25)) return;
+std::optional<proto::ClipBox> anyClipBox(Random& random, const Bounds& bounds) {
+    if (!random.chance(0.25)) return std::nullopt;
     glm::dvec3 min = bounds.min, max = bounds.max;
     const glm::dvec3 size = bounds.size();
     for (int axis = 0; axis < 3; ++axis) {
@@ -143,8 +144,10 @@ void setClipBox(Random& random, const Bounds& bounds, proto::HybridStyle& style)
         min[axis] = bounds.min[axis] + size[axis] * random.between(-0.25, random.chance(0.1) ? 2.0 : 0.6);
         max[axis] = min[axis] + size[axis] * random.magnitude(-4, 1);
     }
-    setVector(min, style.mutable_clip_box()->mutable_min());
-    setVector(max, style.mutable_clip_box()->mutable_max());
+    proto::ClipBox box;
+    setVector(min, box.mutable_min());
+    setVector(max, box.mutable_max());
+    return box;
 }
 
 }  // namespace
@@ -162,9 +165,19 @@ proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data) {
     setCurve(random, data.range, style);
     setHybridPoints(random, style);
     if (random.chance(0.6)) setLight(random, false, *style.mutable_light());
-    setPlanes(random, data.bounds, style);
-    setClipBox(random, data.bounds, style);
+    setPlanes(random, data.bounds, *style.mutable_clip_planes());
+    if (const auto box = anyClipBox(random, data.bounds)) *style.mutable_clip_box() = *box;
+    // By numbers of its own: all else stays as it would be.
+    Random own(style.ByteSizeLong(), 7);
+    if (own.chance(0.2)) style.set_silhouettes(anyShare(own));
     return style;
+}
+
+proto::Clip anyClip(Random& random, const Bounds& bounds) {
+    proto::Clip clip;
+    setPlanes(random, bounds, *clip.mutable_planes());
+    if (const auto box = anyClipBox(random, bounds)) *clip.mutable_box() = *box;
+    return clip;
 }
 
 proto::StippleStyle anyStippleStyle(Random& random) {

@@ -17,5 +17,7 @@ proto::InkStyle anyInkStyle(Random& random);
 /// The same of a volume, or of particles.
 proto::InkStyle anyInkStyle(Random& random, const DatasetTraits& data);
 proto::MeshStyle anyMeshStyle(Random& random);
+/// Planes and boxes that mostly go through `bounds`, now and then none.
+proto::Clip anyClip(Random& random, const Bounds& bounds);
 
 }  // namespace mote::test

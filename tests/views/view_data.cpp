@@ -11,6 +11,7 @@
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/view_parts.h"
 #include "server/render/layers/ink/density_grid.h"
+#include "server/render/layers/mesh/cut_mesh.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
 #include "tests/views/hybrid_data.h"
@@ -114,6 +115,19 @@ std::shared_ptr<const render::MeshSurface> ViewData::mesh(const DatasetName& nam
     return kept;
 }
 
+namespace {
+
+/// Of the last layer, whose ink is of what is left.
+void cutMesh(const HalfSpaces& clips, render::Scene& scene) {
+    if (clips.empty()) return;
+    auto mesh = render::cutMesh(scene.meshes.back()->mesh(), clips);
+    if (mesh.triangles.empty()) scene.view.layers[scene.meshes.size() - 1].opacity = 0.0;
+    scene.meshes.back() =
+        std::make_shared<const render::MeshSurface>(std::move(mesh), scene.meshes.back()->bounds());
+}
+
+}  // namespace
+
 Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dots) {
     const auto name = datasetOf(layer);
     MOTE_RETURN_IF_ERROR(name);
@@ -134,6 +148,7 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
     }
     if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
     if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
+    if (name->kind == DataKind::mesh && inked) cutMesh(layer.clips(), scene);
     if (name->kind != DataKind::hybrid) return success();
     scene.hybrids.back() = hybrid(*name, layer.step);
     return inked ? success()

@@ -86,6 +86,18 @@ void goOn(const DatasetName& data, proto::Layer& layer) {
     layer.mutable_towards()->set_share(anyShare(random));
 }
 
+/// Of some layers something is cut away. By numbers of their own, too.
+void cut(const DatasetName& data, proto::Layer& layer) {
+    constexpr double share = 0.3;
+    Random random(layer.ByteSizeLong(), 512 + data.number);
+    if (!random.chance(share)) return;
+    auto clip = anyClip(random, ViewData::traits(data).bounds);
+    const auto& own = layer.hybrid();
+    if (own.has_clip_box()) clip.clear_box();
+    if (own.clip_planes_size() + clip.planes_size() > mostClipPlanes) clip.clear_planes();
+    *layer.mutable_clip() = clip;
+}
+
 /// A layer of any dataset, without its transform.
 proto::Layer anyLayer(Random& random, const DatasetName& data) {
     proto::Layer layer;
@@ -103,6 +115,7 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
     fade(data, layer);
     showNumbers(data, layer);
     goOn(data, layer);
+    cut(data, layer);
     return layer;
 }
 

@@ -108,6 +108,7 @@ proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer
     *lasso.mutable_camera() = toProto(camera);
     lasso.set_aspect(aspect);
     *lasso.mutable_transform() = layer.transform();
+    if (layer.has_clip()) *lasso.mutable_clip() = layer.clip();
     assignPoints(*lasso.mutable_points(), points);
     return selection;
 }

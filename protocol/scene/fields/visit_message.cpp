@@ -18,14 +18,14 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using proto::Facts;
 
-/// The field of a layer that holds styles of this type.
+/// The field of a layer that holds messages of this type: styles, and what is cut away.
 const FieldDescriptor& styleField(const Message& style) {
-    const auto& kinds = *proto::Layer::descriptor()->FindOneofByName("kind");
-    for (int i = 0; i < kinds.field_count(); ++i) {
-        if (kinds.field(i)->message_type() == style.GetDescriptor()) return *kinds.field(i);
+    const auto& layer = *proto::Layer::descriptor();
+    for (int i = 0; i < layer.field_count(); ++i) {
+        if (layer.field(i)->message_type() == style.GetDescriptor()) return *layer.field(i);
     }
     MOTE_CHECK(false);
-    return *kinds.field(0);
+    return *layer.field(0);
 }
 
 using Numbers = google::protobuf::RepeatedField<double>;

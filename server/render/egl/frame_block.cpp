@@ -38,6 +38,13 @@ void setRays(LayerBlock& block, const RayMap& rays) {
     }
 }
 
+void setClips(LayerBlock& block, const FieldPlan& field) {
+    MOTE_CHECK(field.clips.size() <= mostClips);
+    block.scale.y = static_cast<float>(field.clips.size());
+    for (std::size_t i = 0; i < field.clips.size(); ++i)
+        block.clips[i] = glm::vec4(field.clips[i].normal, field.clips[i].distance);
+}
+
 /// Sums of weights stay below 2^32 whatever pixel the points meet in, with half a unit of rounding each.
 std::uint32_t weightUnit(std::uint64_t points) {
     constexpr std::uint64_t most = 1U << 16;
@@ -133,12 +140,9 @@ GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const Correct
     block.table =
         glm::vec4((grid.valueOf(1.0) - grid.valueOf(0.0)) * scale,
                   (grid.valueOf(0.0) - span.low) * scale + 1.0, samples.correction, samples.steepness);
-    block.place = glm::ivec4(firstBrick, field.clips.size(), 0, 0);
+    block.place = glm::ivec4(firstBrick, 0, 0, 0);
     for (std::size_t axis = 0; axis < 3; ++axis)
         block.toLayer[axis] = glm::vec4(grid.boxToLayer[static_cast<int>(axis)]);
-    MOTE_CHECK(field.clips.size() <= GridBlock::mostClips);
-    for (std::size_t i = 0; i < field.clips.size(); ++i)
-        block.clips[i] = glm::vec4(field.clips[i].normal, field.clips[i].distance);
     return block;
 }
 
@@ -163,6 +167,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         setRays(result, raysIn(plan, plan.sections.front(), slots[i].boxToEye()));
         if (const FieldPlan* const field = slots[i].densities) {
             const DensityField& cells = *field->density();
+            setClips(result, *field);
             result.cells = glm::vec4(cells.grid->size, cells.strength);
             for (int axis = 0; axis < 3; ++axis)
                 result.edges[axis] = static_cast<float>(field->boxToLayer[axis][axis]);
@@ -178,6 +183,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         const FieldPlan& field = plan.fields[i];
         block.layers[slot].boxToScreen = glm::mat4(boxToScreen(plan, field.boxToEye));
         setRays(block.layers[slot], raysIn(plan, plan.sections.front(), field.boxToEye));
+        setClips(block.layers[slot], field);
     }
     return block;
 }

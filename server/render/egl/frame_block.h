@@ -17,6 +17,9 @@
 
 namespace mote::render {
 
+/// Of a layer: planes, and the sides of a box.
+inline constexpr std::size_t mostClips = 12;
+
 struct LayerBlock {
     glm::mat4 boxToScreen;  ///< see frame.glsl
     std::array<glm::vec4, 3> entry;
@@ -25,11 +28,11 @@ struct LayerBlock {
     glm::vec4 scale;
     glm::vec4 cells;
     glm::vec4 edges;
+    std::array<glm::vec4, mostClips> clips;
 };
 
 /// A field of samples, as shaders/grid.glsl declares it (std140).
 struct GridBlock {
-    static constexpr std::size_t mostClips = 12;
     /// Segments that a cell's edge is cut into in exact pictures, where they absorb much.
     static constexpr double fineSegments = 1.6, lowSegments = 2.5;
 
@@ -37,11 +40,10 @@ struct GridBlock {
     glm::vec4 low;     ///< samples of the coarse grid; segments a cell
     glm::vec4 table;   ///< code * x + y is a place in the transfer table (TransferTable); correction and
                        ///< steepness (CorrectedField)
-    glm::ivec4 place;  ///< where its bricks begin among all fields'; how many clips; unused
-    std::array<glm::vec4, 3> toLayer;        ///< the box's edges in layer space
-    std::array<glm::vec4, mostClips> clips;  ///< in the box: dot(xyz, place) >= w is drawn
+    glm::ivec4 place;  ///< where its bricks begin among all fields'; unused
+    std::array<glm::vec4, 3> toLayer;  ///< the box's edges in layer space
 };
-static_assert(sizeof(GridBlock) == 19 * 16);
+static_assert(sizeof(GridBlock) == 7 * 16);
 
 struct FrameBlock {
     glm::ivec4 picture;
@@ -53,7 +55,7 @@ struct FrameBlock {
     glm::vec4 depths;
     std::array<LayerBlock, 8> layers;
 };
-static_assert(sizeof(LayerBlock) == 224 && sizeof(FrameBlock) == 112 + 8 * 224);
+static_assert(sizeof(LayerBlock) == 416 && sizeof(FrameBlock) == 112 + 8 * 416);
 
 /// How the points of a layer are placed on the screen and weighted.
 struct PointNumbers {

@@ -77,23 +77,59 @@ class MovedStep final : public storage::ParticleStep {
     std::vector<float> none_;
 };
 
-/// Moves the points of some leaves.
-class Mover {
+/// The points of a step that are drawn.
+class DrawnLeaves {
   public:
-    Mover(const storage::ParticleStep& step, const PointSelection* selection, const PointWays& ways,
-          double share, const PointValues* values)
-        : step_(step), walk_(step), selection_(selection), places_(ways, share), values_(values) {
-        if (const auto* const chosen = dynamic_cast<const storage::SelectedStep*>(&step))
-            sources_ = chosen->sources();
+    DrawnLeaves(const storage::ParticleStep& step, const PointSelection* selection, const PointValues* values)
+        : step_(step), walk_(step), selection_(selection), values_(values) {
+        MOTE_CHECK(selection == nullptr || selection->drawn.size() <= step.leaves().size());
     }
 
     std::size_t leaves() const {
         return selection_ == nullptr ? walk_.leaves().size() : selection_->drawn.size();
     }
 
-    void move(std::size_t leaf, MovedCells& out) {
+  protected:
+    std::uint32_t drawn(std::size_t leaf) const {
+        return selection_ == nullptr ? walk_.leaves().pointCount[leaf] : selection_->drawn[leaf];
+    }
+    ValueCode codeOf(std::size_t leaf, std::uint64_t point) const {
+        return values_ == nullptr ? noValue : values_->codes[values_->byLeaf ? leaf : point];
+    }
+    void put(const storage::PackedPosition& position, ValueCode code, MovedCells& out) const {
+        out.positions.push_back(position);
+        if (values_ != nullptr) out.codes.push_back(code);
+    }
+    void endCell(std::size_t leaf, std::uint8_t level, std::uint64_t morton, std::size_t count,
+                 MovedCells& out) const {
+        out.level.push_back(level);
+        out.morton.push_back(morton);
+        out.count.push_back(static_cast<std::uint32_t>(count));
+        if (selection_ != nullptr && !selection_->weights.empty())
+            out.weights.push_back(selection_->weights[leaf]);
+    }
+
+    const storage::ParticleStep& step_;
+    const storage::LeafWalk walk_;
+
+  private:
+    const PointSelection* const selection_;
+    const PointValues* const values_;
+};
+
+/// Moves the points of some leaves.
+class Mover : public DrawnLeaves {
+  public:
+    Mover(const storage::ParticleStep& step, const PointSelection* selection, const PointWays& ways,
+          double share, const PointValues* values)
+        : DrawnLeaves(step, selection, values), places_(ways, share) {
+        if (const auto* const chosen = dynamic_cast<const storage::SelectedStep*>(&step))
+            sources_ = chosen->sources();
+    }
+
+    void take(std::size_t leaf, MovedCells& out) {
         const auto begin = walk_.leaves().pointBegin[leaf];
-        const auto drawn = selection_ == nullptr ? walk_.leaves().pointCount[leaf] : selection_->drawn[leaf];
+        const auto drawn = this->drawn(leaf);
         const auto level = std::min(walk_.nodes().level[walk_.leaves().node[leaf]], finestLevel);
         const auto cell = walk_.cell(leaf);
         found_.clear();
@@ -106,13 +142,10 @@ class Mover {
         }
         std::ranges::stable_sort(found_, {}, &Found::cell);
         for (std::size_t first = 0, end = 0; first < found_.size(); first = end) {
-            while (end < found_.size() && found_[end].cell == found_[first].cell) put(found_[end++], out);
+            for (; end < found_.size() && found_[end].cell == found_[first].cell; ++end)
+                put(found_[end].position, found_[end].code, out);
             const auto at = found_[first].cell;
-            out.level.push_back(level);
-            out.morton.push_back(mortonOf({at & 0xffffU, at >> 16 & 0xffffU, at >> 32}));
-            out.count.push_back(static_cast<std::uint32_t>(end - first));
-            if (selection_ != nullptr && !selection_->weights.empty())
-                out.weights.push_back(selection_->weights[leaf]);
+            endCell(leaf, level, mortonOf({at & 0xffffU, at >> 16 & 0xffffU, at >> 32}), end - first, out);
         }
     }
 
@@ -134,22 +167,40 @@ class Mover {
             within[static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(at & 0xffffU);
         }
         found.position = {within[0], within[1], within[2]};
-        if (values_ != nullptr) found.code = values_->codes[values_->byLeaf ? leaf : point];
+        found.code = codeOf(leaf, point);
         return found;
     }
 
-    void put(const Found& found, MovedCells& out) const {
-        out.positions.push_back(found.position);
-        if (values_ != nullptr) out.codes.push_back(found.code);
-    }
-
-    const storage::ParticleStep& step_;
-    const storage::LeafWalk walk_;
-    const PointSelection* const selection_;
     const PlacesOnTheWay places_;
-    const PointValues* const values_;
     std::span<const std::uint32_t> sources_;  // empty: the ways are the step's own
     std::vector<Found> found_;                // of a leaf
+};
+
+/// Keeps of some leaves' points those that clips leave.
+class Cutter : public DrawnLeaves {
+  public:
+    Cutter(const storage::ParticleStep& step, const PointSelection* selection, const HalfSpaces& clips,
+           const PointValues* values)
+        : DrawnLeaves(step, selection, values), clips_(clips) {}
+
+    void take(std::size_t leaf, MovedCells& out) const {
+        const auto drawn = this->drawn(leaf);
+        const auto cell = walk_.cell(leaf);
+        if (drawn == 0 || allCut(clips_, {cell.low, cell.low + cell.edge})) return;
+        const auto begin = walk_.leaves().pointBegin[leaf];
+        const auto before = out.positions.size();
+        std::uint64_t point = begin;
+        for (const auto& position : step_.positions(begin, drawn)) {
+            if (inAll(clips_, cell.at(position))) put(position, codeOf(leaf, point), out);
+            ++point;
+        }
+        const auto node = walk_.leaves().node[leaf];
+        const auto count = out.positions.size() - before;
+        if (count > 0) endCell(leaf, walk_.nodes().level[node], walk_.nodes().morton[node], count, out);
+    }
+
+  private:
+    const HalfSpaces& clips_;
 };
 
 template <class T>
@@ -175,17 +226,15 @@ MovedCells joinedCells(std::vector<MovedCells> parts) {
     return all;
 }
 
-}  // namespace
-
-MovedPoints movePoints(const storage::ParticleStep& step, const PointSelection* selection,
-                       const PointWays& ways, double share, const PointValues* values) {
-    const Mover mover(step, selection, ways, share, values);
-    MOTE_CHECK(selection == nullptr || selection->drawn.size() <= step.leaves().size());
-    std::vector<MovedCells> parts((mover.leaves() + leavesABlock - 1) / leavesABlock);
+/// `taker`: takes leaf after leaf.
+template <class Taker>
+MovedPoints taken(const Taker& taker, const storage::ParticleStep& step, const PointSelection* selection,
+                  const PointValues* values) {
+    std::vector<MovedCells> parts((taker.leaves() + leavesABlock - 1) / leavesABlock);
     forInTurns(std::size_t{0}, parts.size(), [&](std::size_t part) {
-        Mover own = mover;
-        const auto end = std::min(mover.leaves(), (part + 1) * leavesABlock);
-        for (auto leaf = part * leavesABlock; leaf < end; ++leaf) own.move(leaf, parts[part]);
+        Taker own = taker;
+        const auto end = std::min(taker.leaves(), (part + 1) * leavesABlock);
+        for (auto leaf = part * leavesABlock; leaf < end; ++leaf) own.take(leaf, parts[part]);
     });
     auto cells = joinedCells(std::move(parts));
     auto moved = std::make_shared<PointSelection>();
@@ -203,6 +252,18 @@ MovedPoints movePoints(const storage::ParticleStep& step, const PointSelection* 
     out.selection = std::move(moved);
     out.step = std::make_shared<const MovedStep>(std::move(cells), step.logDensity());
     return out;
+}
+
+}  // namespace
+
+MovedPoints movePoints(const storage::ParticleStep& step, const PointSelection* selection,
+                       const PointWays& ways, double share, const PointValues* values) {
+    return taken(Mover(step, selection, ways, share, values), step, selection, values);
+}
+
+MovedPoints cutPoints(const storage::ParticleStep& step, const PointSelection* selection,
+                      const HalfSpaces& clips, const PointValues* values) {
+    return taken(Cutter(step, selection, clips, values), step, selection, values);
 }
 
 }  // namespace mote::render

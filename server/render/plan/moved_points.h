@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // MovedPoints: the points of a step that are drawn, on their way to another step of their run
-// (docs/PICTURE.md, "Between steps"). A value; movePoints is a pure function that uses all threads of the
-// calling arena.
+// (docs/PICTURE.md, "Between steps"), or those of them that clips leave ("Clipping"). A value; the functions
+// are pure and use all threads of the calling arena.
 #pragma once
 
 #include <memory>
 
+#include "protocol/scene/clip.h"
 #include "server/render/plan/point_selection.h"
 #include "server/render/plan/point_values.h"
 #include "server/render/plan/point_ways.h"
@@ -27,5 +28,10 @@ struct MovedPoints {
 /// of the box. Throws storage::StorageError.
 MovedPoints movePoints(const storage::ParticleStep& step, const PointSelection* selection,
                        const PointWays& ways, double share, const PointValues* values);
+
+/// Those in all half-spaces of layer space, each in its place; of whole leaves none where nothing stays of
+/// their cells. The rest as above.
+MovedPoints cutPoints(const storage::ParticleStep& step, const PointSelection* selection,
+                      const HalfSpaces& clips, const PointValues* values);
 
 }  // namespace mote::render

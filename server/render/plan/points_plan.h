@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/scene/clip.h"
 #include "server/render/plan/frustum.h"
 #include "server/render/plan/point_selection.h"
 #include "server/render/plan/point_values.h"
@@ -51,6 +52,7 @@ struct PointsPlan {
     std::shared_ptr<const storage::ParticleStep> step = {};
     /// Whose points they are, where they are drawn at other places than it has them at; null: `step`'s.
     std::shared_ptr<const storage::ParticleStep> source = {};
+    HalfSpaces clips = {};     ///< that cut `step` out of it, layer space; none: nothing was cut away
     glm::dmat4 boxToEye{1.0};  ///< the plot's box [0, 1]^3 to eye space
     PointLook look = {};
     Curve fraction = Curve::constant(1.0);  ///< t -> how much of a leaf's points is drawn, before `share`

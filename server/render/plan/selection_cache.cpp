@@ -63,15 +63,31 @@ std::shared_ptr<const PointValues> SelectionCache::leafMeans(
 MovedPoints SelectionCache::moved(const Step& step, const std::shared_ptr<const PointSelection>& selection,
                                   const std::shared_ptr<const PointWays>& ways, double share,
                                   const std::shared_ptr<const PointValues>& values) {
-    moved_.remove_if([](const Moved& one) { return one.selection.expired() || one.ways.expired(); });
+    return this->moved({selection, ways, share, {}, values, {}},
+                       [&] { return movePoints(*step, selection.get(), *ways, share, values.get()); });
+}
+
+MovedPoints SelectionCache::cut(const Step& step, const std::shared_ptr<const PointSelection>& selection,
+                                const HalfSpaces& clips, const std::shared_ptr<const PointValues>& values) {
+    return moved({selection, {}, 0.0, clips, values, {}},
+                 [&] { return cutPoints(*step, selection.get(), clips, values.get()); });
+}
+
+template <class Make>
+MovedPoints SelectionCache::moved(Moved wanted, const Make& make) {
+    moved_.remove_if([](const Moved& one) {
+        return one.selection.expired() || (one.clips.empty() && one.ways.expired());
+    });
     const auto* const known = mostRecent(moved_, [&](const Moved& one) {
-        return one.selection.lock() == selection && one.ways.lock() == ways && one.share == share &&
-               one.values.lock() == values;
+        return one.selection.lock() == wanted.selection.lock() && one.ways.lock() == wanted.ways.lock() &&
+               one.share == wanted.share && one.clips == wanted.clips &&
+               one.values.lock() == wanted.values.lock();
     });
     if (known != nullptr) return known->points;
     while (moved_.size() >= keptMoved) moved_.pop_back();
-    auto points = movePoints(*step, selection.get(), *ways, share, values.get());
-    if (points.selection->points <= mostMoved) moved_.push_front({selection, ways, share, values, points});
+    wanted.points = make();
+    const auto points = wanted.points;
+    if (points.selection->points <= mostMoved) moved_.push_front(std::move(wanted));
     return points;
 }
 

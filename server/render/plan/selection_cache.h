@@ -35,11 +35,14 @@ class SelectionCache {
     MovedPoints moved(const Step& step, const std::shared_ptr<const PointSelection>& selection,
                       const std::shared_ptr<const PointWays>& ways, double share,
                       const std::shared_ptr<const PointValues>& values);
+    /// What clips leave of that. Throws as cutPoints.
+    MovedPoints cut(const Step& step, const std::shared_ptr<const PointSelection>& selection,
+                    const HalfSpaces& clips, const std::shared_ptr<const PointValues>& values);
 
   private:
     static constexpr std::size_t kept = 4;  // quick, intermediate and exact of one style, and one more
     static constexpr std::size_t keptVolumes = 8;
-    static constexpr std::size_t keptMoved = 2;                         // those of both steps
+    static constexpr std::size_t keptMoved = 4;                         // of both steps, moved and cut
     static constexpr std::uint64_t mostMoved = std::uint64_t{1} << 21;  // of more, none are kept
 
     struct Entry {
@@ -67,8 +70,9 @@ class SelectionCache {
     };
     struct Moved {
         std::weak_ptr<const PointSelection> selection;
-        std::weak_ptr<const PointWays> ways;
-        double share;
+        std::weak_ptr<const PointWays> ways;  // of what is moved
+        double share;                         // likewise
+        HalfSpaces clips;                     // of what is cut
         std::weak_ptr<const PointValues> values;
         MovedPoints points;
     };
@@ -77,6 +81,9 @@ class SelectionCache {
     std::list<Means> means_;     // likewise
     std::list<Weight> weights_;  // likewise
     std::list<Moved> moved_;     // likewise
+
+    template <class Make>
+    MovedPoints moved(Moved wanted, const Make& make);
 };
 
 }  // namespace mote::render

@@ -145,7 +145,7 @@ void passPoints(Way& way, Points& points) {
     MOTE_CHECK(points.preview == nullptr);
     bool selects = points.selection != nullptr && points.selection->points > 0;
     way(points.layer, points.boxToEye, points.look, points.fraction, points.meanWeight, points.thinning,
-        selects, points.leavesInView, points.pointsDrawn, points.share);
+        selects, points.leavesInView, points.pointsDrawn, points.share, points.clips);
     if constexpr (Way::reads) {
         if (!selects) points.selection = std::make_shared<const PointSelection>();
     }

@@ -81,7 +81,12 @@ void complete(FrameOrder& order, RankSteps& steps, KnownParts& known) {
         PointsPlan& points = order.plan.points[i];
         points.step = held(steps.open(order.pointSteps[i]));
         points.volume = volumeOf(points, order.plan);
-        if (points.selection == nullptr) points.selection = known.selections.of(points.step, points.choice());
+        if (points.selection != nullptr) continue;
+        points.selection = known.selections.of(points.step, points.choice());
+        if (points.clips.empty()) continue;
+        auto left = known.selections.cut(points.step, points.selection, points.clips, nullptr);
+        points.source = std::exchange(points.step, std::move(left.step));
+        points.selection = std::move(left.selection);
     }
 }
 
@@ -243,7 +248,8 @@ FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat forma
                      .fieldSteps = {},
                      .plan = plan,
                      .colors = {}};
-    for (const auto& points : plan.points) order.pointSteps.push_back(nameOf(*points.step));
+    for (const auto& points : plan.points)
+        order.pointSteps.push_back(nameOf(points.clips.empty() ? *points.step : *points.source));
     for (const auto& field : plan.fields) {
         if (const auto* const cells = field.density()) {
             order.fieldSteps.push_back(nameOf(*cells->step));

@@ -319,5 +319,38 @@ TEST(MovedPoints, OfChosenPointsGoTheWaysOfTheStep) {
         EXPECT_LT(glm::length(found[i] - expected[i]), 1e-4) << "ends are those of the other step";
 }
 
+TEST(MovedPoints, OfWhatIsCutThoseStayThatLieInAllHalfSpaces) {
+    Random random(87);
+    const auto run = runOf(swinging(random, 0.5), {axis("x"), axis("y"), axis("z")}, 12);
+    const auto& step = *run->at(0).points;
+    PointSelection half;
+    PointValues values;
+    for (std::size_t leaf = 0; leaf < step.leaves().size(); ++leaf) {
+        half.drawn.push_back((step.leaves().pointCount[leaf] + 1) / 2);
+        half.weights.push_back(static_cast<std::uint16_t>(0x3f80 + leaf % 64));
+    }
+    for (std::uint64_t point = 0; point < step.pointCount(); ++point)
+        values.codes.push_back(static_cast<ValueCode>(point));
+    const HalfSpaces clips{{glm::normalize(glm::dvec3(1.0, 2.0, -1.0)), -0.1}, {{-1.0, 0.0, 0.0}, -0.2}};
+    const auto left = cutPoints(step, &half, clips, &values);
+    std::size_t at = 0;
+    for (std::size_t leaf = 0; leaf < half.drawn.size(); ++leaf) {
+        for (std::uint32_t i = 0; i < half.drawn[leaf]; ++i) {
+            const auto point = step.leaves().pointBegin[leaf] + i;
+            const glm::dvec3 place = placeOf(step, point), inLayer = 2.0 * place - 1.0;
+            if (inLayer.x > 0.2 || inLayer.x + 2.0 * inLayer.y - inLayer.z < -0.1 * std::sqrt(6.0)) continue;
+            ASSERT_LT(at, left.step->pointCount());
+            EXPECT_EQ(left.values->codes.at(at), values.codes[point]);
+            EXPECT_EQ(placeOf(*left.step, at++), place) << "each stays where it is";
+        }
+    }
+    EXPECT_GT(at, 10U);
+    EXPECT_EQ(at, left.selection->points);
+    EXPECT_EQ(at, left.step->pointCount());
+    EXPECT_EQ(left.selection->weights.size(), left.step->leaves().size());
+    const auto none = cutPoints(step, nullptr, {{{1.0, 0.0, 0.0}, 2.0}}, nullptr);
+    EXPECT_EQ(none.step->pointCount(), 0U);
+}
+
 }  // namespace
 }  // namespace mote::render

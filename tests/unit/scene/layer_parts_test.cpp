@@ -77,6 +77,43 @@ TEST(LayerParts, PointsThatHideEachOtherHaveTheColorOfTheNearest) {
     EXPECT_TRUE(ofNearest("", ", 'ofPixel': 'nearest'"));
 }
 
+TEST(LayerParts, EveryKindCanBeCut) {
+    const std::string clip =
+        "'clip': {'planes': [{'normal': [0, 3, 4], 'distance': 10}], 'box': {'min': [0, 0, 0], 'max': [1, 2, "
+        "3]}}";
+    for (const char* kind : {"particles", "hybrid", "mesh", "ink", "stipple"}) {
+        const auto view = parseView(viewWith(kind, clip)).value();
+        const auto clips = view.layers[0].clips();
+        ASSERT_EQ(clips.size(), 7U) << kind;
+        EXPECT_EQ(clips[0], (HalfSpace{{0.0, 0.6, 0.8}, 2.0})) << kind;
+        EXPECT_TRUE(inAll(clips, {0.5, 2.0, 1.5}));
+        EXPECT_FALSE(inAll(clips, {0.5, 1.0, 1.0}));
+        EXPECT_FALSE(inAll(clips, {1.5, 2.0, 1.5}));
+        EXPECT_EQ(parseView(toProto(view)).value(), view) << kind;
+    }
+    auto both = viewWith("hybrid", clip);
+    auto& hybrid = *both.mutable_layers(0)->mutable_hybrid();
+    *hybrid.add_clip_planes() = both.layers(0).clip().planes(0);
+    EXPECT_EQ(parseView(both).value().layers[0].clips().size(), 8U);
+    *hybrid.mutable_clip_box() = both.layers(0).clip().box();
+    EXPECT_NE(refusalOf(both).find("layers[0].clip.box"), std::string::npos);
+}
+
+TEST(LayerParts, WhatCannotBeCutIsRefused) {
+    const auto refused = [](const std::string& clip, const std::string& where) {
+        EXPECT_EQ(refusalOf("'clip': " + clip).rfind("layers[0].clip." + where, 0), 0U) << clip;
+    };
+    refused("{'planes': [{'normal': [1, 0, 0]}, {'normal': [0, 0, 0]}]}", "planes[1].normal");
+    refused("{'planes': [{'distance': 1}]}", "planes[0].normal");
+    refused("{'box': {'min': [0, 1, 0], 'max': [1, 1, 1]}}", "box.max[1]");
+    std::string seven = "{'normal': [1, 0, 0]}";
+    for (int i = 0; i < 6; ++i) seven += ", {'normal': [1, 0, 0]}";
+    refused("{'planes': [" + seven + "]}", "planes");
+    proto::View picture = viewWith("stipple", "'clip': {'planes': [{'normal': [1, 0, 0]}]}");
+    picture.mutable_layers(0)->mutable_stipple()->set_image("a/c");
+    EXPECT_EQ(refusalOf(picture).rfind("layers[0].clip", 0), 0U);
+}
+
 TEST(LayerParts, AreAbsentFromAViewWithoutThem) {
     const auto view = viewOf("{'width': 8, 'height': 8, 'layers': [{'dataset': 'a/b', 'particles': {}}]}");
     const auto message = toProto(view);

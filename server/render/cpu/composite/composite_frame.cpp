@@ -145,7 +145,7 @@ double leastCell(const FramePlan& plan, const glm::dmat4& boxToEye, const glm::d
 std::uint8_t smoothIn(const FramePlan& plan, const std::vector<FrameField>& fields) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < fields.size(); ++i) {
-        if (fields[i].grid) return 0;
+        if (fields[i].grid || !fields[i].space.clips.empty()) return 0;
         least = std::min(least, leastCell(plan, plan.fields[i].boxToEye, fields[i].space.cells));
     }
     if (fields.empty() || !(least >= 2.0)) return 0;

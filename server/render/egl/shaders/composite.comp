@@ -141,6 +141,7 @@ void aim(uint l, vec2 at) {
     }
 #endif
 #if VOLUME && LAYERS > GRIDS
+    clipWay(l);
     unitLength[l] = length(advance[l] * frame.layers[l].edges.xyz);
     float cells = length(advance[l] * frame.layers[l].cells.xyz);
     segment[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);

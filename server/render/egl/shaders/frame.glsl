@@ -10,11 +10,12 @@ struct Layer {
     vec4 entry[3];       // SECTIONS 1: box position where a ray meets slab 0: entry[0] + x * entry[1] + y * entry[2]
     vec4 advance[3];     // and how far it moves in the box in one slab, likewise
     vec4 point;          // linear RGB; optical depth of a whole point
-    vec4 scale;          // points a unit of weight; unused; which of the lists of pixels' colours (colors.glsl) is that
+    vec4 scale;          // points a unit of weight; how many clips; which of the lists of pixels' colours (colors.glsl) is that
                          // of its points, from 1 on, 0 where they have one colour; 1: the optical depth of a point is
                          // that at depth 1 and goes with its inverse square
     vec4 cells;          // the volume's cells along each axis; what its extinction is times
     vec4 edges;          // of the volume's box, in layer space
+    vec4 clips[12];      // in the box: dot(xyz, place) >= w is drawn of the volume
 };
 
 layout(std140, binding = 0) uniform Frame {

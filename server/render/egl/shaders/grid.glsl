@@ -7,9 +7,8 @@ struct Grid {
     vec4 grid;          // samples of the grid that is cut into bricks; segments a cell
     vec4 low;           // samples of the coarse grid; segments a cell
     vec4 table;         // code * x + y is a place in the transfer table; z of what corrects shows; steepness
-    ivec4 place;        // where its bricks begin in gridBricks; how many clips
+    ivec4 place;        // where its bricks begin in gridBricks
     vec4 toLayer[3];    // the box's edges in layer space
-    vec4 clips[12];     // in the box: dot(xyz, place) >= w is drawn
 };
 layout(std140, binding = 1) uniform Grids { Grid grids[8]; };
 // Five neighbours along x: their codes of 16 bits, then their normals of 8; the fifth is the next one's first. First the
@@ -241,19 +240,6 @@ vec4 litMatter(uint l, inout Way way) {
     way.tau = way.moment = 0.0;
     way.color = vec3(0.0);
     return matter;
-}
-
-// Cuts the ray's way through the layer where the clips do.
-void clipWay(uint l) {
-    uint h = l - plots;
-    for (int i = 0; i < grids[h].place.y; ++i) {
-        vec4 side = grids[h].clips[i];
-        float height = dot(side.xyz, entry[l]) - side.w;
-        float rise = dot(side.xyz, advance[l]);
-        float at = -height / (rise == 0.0 ? 1.0 : rise);
-        enters[l] = rise > 0.0 ? max(enters[l], at) : enters[l];
-        leaves[l] = rise < 0.0 ? min(leaves[l], at) : rise == 0.0 && height < 0.0 ? -1.0 : leaves[l];
-    }
 }
 
 // A slab's length in layer space.

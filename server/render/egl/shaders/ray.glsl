@@ -74,3 +74,15 @@ void aimBox(uint l, vec2 at) {
     enters[l] = max(max(low.x, low.y), max(low.z, sectionFirst));
     leaves[l] = min(min(high.x, high.y), min(high.z, sectionEnd));
 }
+
+// Cuts the ray's way through the layer where the clips do.
+void clipWay(uint l) {
+    for (int i = 0; i < int(frame.layers[l].scale.y); ++i) {
+        vec4 side = frame.layers[l].clips[i];
+        float height = dot(side.xyz, entry[l]) - side.w;
+        float rise = dot(side.xyz, advance[l]);
+        float at = -height / (rise == 0.0 ? 1.0 : rise);
+        enters[l] = rise > 0.0 ? max(enters[l], at) : enters[l];
+        leaves[l] = rise < 0.0 ? min(leaves[l], at) : rise == 0.0 && height < 0.0 ? -1.0 : leaves[l];
+    }
+}

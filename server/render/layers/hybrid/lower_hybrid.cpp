@@ -8,48 +8,30 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/vector_relational.hpp>
 #include <tuple>
 #include <utility>
 
 #include "protocol/scene/curve_presets.h"
-#include "protocol/scene/light.h"
 #include "protocol/scene/srgb.h"
+#include "server/render/layers/hybrid/field_light.h"
 #include "server/render/plan/field_plan.h"
 #include "storage/hybrid/normal_table.h"
 
 namespace mote::render {
 namespace {
 
-/// The mean of the terms of n and of -n, weighted by how far n is turned to the eye.
-template <class Term>
-double twoSided(double towardsEye, double cosine, const Term& term) {
-    const double x = std::clamp(2.0 * towardsEye + 0.5, 0.0, 1.0);
-    const double front = x * x * (3.0 - 2.0 * x);
-    return front * term(std::max(0.0, cosine)) + (1.0 - front) * term(std::max(0.0, -cosine));
-}
-
-/// Returns what a light makes of each one-byte normal (docs/PICTURE.md, "Light"). `layerToEye`: takes normals
-/// of layer space to eye space; `worldToEye`: a fixed light.
-Shades shadesOf(const Light& light, const glm::dmat4& layerToEye, const glm::dmat4& worldToEye) {
+/// Returns what a light makes of each one-byte normal. `layerToEye`: takes normals of layer space to eye
+/// space.
+Shades shadesOf(const FieldLight& light, const glm::dmat4& layerToEye) {
     Shades shades;
     static const storage::NormalTable normals;
     // Normals go by the inverse transpose.
     const glm::dmat3 toEye = glm::transpose(glm::inverse(glm::dmat3(layerToEye)));
-    const glm::dvec3 towards =
-        glm::normalize(light.fixed ? glm::dmat3(worldToEye) * light.direction : light.direction);
-    const glm::dvec3 sum = towards + glm::dvec3(0.0, 0.0, 1.0);
-    const glm::dvec3 half = glm::length(sum) > 1e-9 ? glm::normalize(sum) : glm::dvec3(0.0);
-    const auto held = [](double x) { return static_cast<float>(std::min(x, 1.0)); };
-    shades.fill({held(light.ambient + light.diffuse), 0.0F});
+    shades.fill(light.flat());
     for (int code = 0; code < 256; ++code) {
         const glm::dvec3 normal(normals.direction(static_cast<std::uint8_t>(code)));
-        if (!(glm::length(normal) > 0.0)) continue;
-        const glm::dvec3 n = glm::normalize(toEye * normal);
-        const double diffuse = twoSided(n.z, glm::dot(n, towards), [](double x) { return x; });
-        const double specular = twoSided(n.z, glm::dot(n, half), [](double x) { return std::pow(x, 32.0); });
-        shades[static_cast<std::size_t>(code)] = {held(light.ambient + light.diffuse * diffuse),
-                                                  static_cast<float>(light.specular * specular)};
+        if (glm::length(normal) > 0.0)
+            shades[static_cast<std::size_t>(code)] = light.of(glm::normalize(toEye * normal));
     }
     return shades;
 }
@@ -81,25 +63,6 @@ void takeDefaultColors(const GridField& field, bool ownRange, TransferFunction& 
     if (!transfer.colors.empty() || ownRange) return;
     const double width = transfer.span.high - transfer.span.low;
     transfer.colorRange.low = transfer.span.low - width * darkest / (1.0 - darkest);
-}
-
-/// A half-space of layer space, in the box.
-HalfSpace inBox(const HalfSpace& layer, const glm::dmat4& boxToLayer) {
-    return {glm::transpose(glm::dmat3(boxToLayer)) * layer.normal,
-            layer.distance - glm::dot(layer.normal, glm::dvec3(boxToLayer[3]))};
-}
-
-std::vector<HalfSpace> clipsOf(const HybridStyle& style, const glm::dmat4& boxToLayer) {
-    std::vector<HalfSpace> clips;
-    for (const auto& plane : style.clipPlanes) clips.push_back(inBox(plane, boxToLayer));
-    if (!style.clipBox) return clips;
-    for (int axis = 0; axis < 3; ++axis) {
-        glm::dvec3 normal(0.0);
-        normal[axis] = 1.0;
-        clips.push_back(inBox({normal, style.clipBox->min[axis]}, boxToLayer));
-        clips.push_back(inBox({-normal, -style.clipBox->max[axis]}, boxToLayer));
-    }
-    return clips;
 }
 
 /// Points are corrections that a style weakens and gives a shape.
@@ -147,9 +110,8 @@ namespace {
 /// Tells a camera of samples that are seen: in each row the first and the last count.
 class SeenSamples {
   public:
-    SeenSamples(const GridField& field, const TransferFunction& transfer, const HybridStyle& style,
-                CameraFit& fit)
-        : boxToLayer_(field.boxToLayer), style_(style), fit_(fit), seen_(65536) {
+    SeenSamples(const GridField& field, const TransferFunction& transfer, CameraFit& fit)
+        : boxToLayer_(field.boxToLayer), fit_(fit), seen_(65536) {
         constexpr double least = 0.02;  // of the greatest opacity
         const double from = least * transfer.opacity.maximum();
         for (std::size_t code = 0; code < seen_.size(); ++code) {
@@ -181,13 +143,7 @@ class SeenSamples {
         if (cell.x >= size.x || cell.y >= size.y || cell.z >= size.z) return false;
         const glm::dvec3 inBox = (glm::dvec3(cell) + 0.5) / glm::dvec3(size);
         const glm::dvec3 place(boxToLayer_ * glm::dvec4(inBox, 1.0));
-        const auto& clip = style_.clipBox;
-        const bool outside = clip && (glm::any(glm::lessThan(place, clip->min)) ||
-                                      glm::any(glm::greaterThan(place, clip->max)));
-        const auto cuts = [&](const HalfSpace& plane) {
-            return glm::dot(plane.normal, place) < plane.distance;
-        };
-        if (outside || std::any_of(style_.clipPlanes.begin(), style_.clipPlanes.end(), cuts)) return false;
+        if (!fit_.takes(place)) return false;
         // What is seen of it reaches as far as halfway to its neighbours.
         const Bounds cellInBox{glm::dvec3(cell) / glm::dvec3(size), glm::dvec3(cell + 1U) / glm::dvec3(size)};
         for (const auto& corner : cellInBox.corners())
@@ -196,7 +152,6 @@ class SeenSamples {
     }
 
     const glm::dmat4 boxToLayer_;
-    const HybridStyle& style_;
     CameraFit& fit_;
     std::vector<std::uint8_t> seen_;  // by code
 };
@@ -218,16 +173,15 @@ void addSeenBricks(const GridBricks& bricks, const SeenSamples& seen) {
 
 }  // namespace
 
-void addShown(const GridField& field, const TransferFunction& transfer, const HybridStyle& style,
+void addShown(const GridField& field, const TransferFunction& transfer, HybridRepresentation drawn,
               CameraFit& fit) {
-    const SeenSamples seen(field, transfer, style, fit);
+    const SeenSamples seen(field, transfer, fit);
     const auto& size = field.coarse.size;
     for (std::uint32_t z = 0; z < size.z; ++z) {
         for (std::uint32_t y = 0; y < size.y; ++y)
             seen.addRow(&field.coarse.values[field.coarse.index({0, y, z})], size.x, {0, y, z}, size);
     }
-    if (field.bricks != nullptr && style.representation != HybridRepresentation::volume)
-        addSeenBricks(*field.bricks, seen);
+    if (field.bricks != nullptr && drawn != HybridRepresentation::volume) addSeenBricks(*field.bricks, seen);
 }
 
 void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,
@@ -241,8 +195,9 @@ void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style
          .boxToEye = boxToEye,
          .boxToLayer = glm::dmat3(field->boxToLayer),
          .transfer = thinned(transferOf(style, *field), layer.opacity),
-         .clips = clipsOf(style, field->boxToLayer),
-         .samples = samplesOf(style, field, shadesOf(style.light, layerToEye, worldToEye))});
+         .clips = inSpace(layer.clips(), field->boxToLayer),
+         .samples =
+             samplesOf(style, field, shadesOf({style.light, worldToEye, style.silhouettes}, layerToEye))});
 }
 
 }  // namespace mote::render

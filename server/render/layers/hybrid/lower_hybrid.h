@@ -22,8 +22,8 @@ TransferFunction transferOf(const HybridStyle& style, const GridField& field);
 HybridRepresentation resolved(HybridRepresentation asked, const GridField& field);
 
 /// Tells a camera all of a field that is seen: samples, corrected or not, of a fiftieth of the greatest
-/// opacity at least, where nothing cuts them off.
-void addShown(const GridField& field, const TransferFunction& transfer, const HybridStyle& style,
+/// opacity at least, that it takes.
+void addShown(const GridField& field, const TransferFunction& transfer, HybridRepresentation drawn,
               CameraFit& fit);
 
 /// Adds the layer's field to `out`. `index`: the layer's place in its view.

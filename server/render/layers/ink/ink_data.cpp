@@ -24,10 +24,10 @@ InkData inkDataOf(const Scene& scene, std::size_t index) {
     const auto style = inkStyleOf(*scene.view.layers[index].ink());
     if (auto mesh = held(scene.meshes, index)) return mesh;
     if (auto density = held(scene.densities, index))
-        return InkVolume{std::move(density), densityTransfer(style)};
+        return InkVolume{std::move(density), densityTransfer(style), scene.view.layers[index].clips()};
     auto volume = held(scene.hybrids, index);
     MOTE_CHECK(volume != nullptr);
-    return InkVolume{volume, inkTransfer(style, *volume, false)};
+    return InkVolume{volume, inkTransfer(style, *volume, false), scene.view.layers[index].clips()};
 }
 
 TransferFunction inkTransfer(const InkStyle& style, const GridField& field, bool density) {

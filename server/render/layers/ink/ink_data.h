@@ -20,6 +20,7 @@ namespace mote::render {
 struct InkVolume {
     std::shared_ptr<const GridField> field;
     TransferFunction transfer;
+    HalfSpaces clips = {};  ///< layer space: what lies in all of them is seen
 };
 
 using InkData = std::variant<std::shared_ptr<const MeshSurface>, InkVolume>;

@@ -148,6 +148,7 @@ VolumeRays::VolumeRays(const InkVolume& volume, const BlockRanges& ranges, const
       cellsToLayer_(glm::scale(field_.boxToLayer, 1.0 / samples_.cells())),
       light_(light),
       perspective_(plan.camera.perspective()),
+      clips_(inSpace(volume.clips, glm::scale(field_.boxToLayer, 1.0 / samples_.cells()))),
       nearest_(nearLimit(plan.camera)),
       size_(plan.width, plan.height),
       pixels_(plan.height / (2.0 * plan.camera.halfHeight())),
@@ -205,6 +206,7 @@ VolumeRays::Way VolumeRays::wayThrough(double x, double y) const {
         enter = std::max(enter, std::min(one, other));
         leave = std::min(leave, std::max(one, other));
     }
+    clipWay(clips_, from, way, enter, leave);
     const double inside = leave - enter;
     if (!(inside > 0.0) || !std::isfinite(inside)) return {};
     const double stepsADepth = std::min(glm::length(way) / stepLength_, mostSteps / inside);

@@ -88,6 +88,7 @@ class VolumeRays {
     Light light_;
     glm::dvec3 towards_, half_;  // the light, and half way from it to the eye; eye space, unit
     bool perspective_;
+    HalfSpaces clips_;       // in cells
     double nearest_;         // depth
     glm::dvec2 size_;        // of the picture, pixels
     double pixels_;          // a unit of the window

@@ -123,7 +123,7 @@ void PixelFragments::take(std::uint32_t column, std::uint32_t row, Fragments& fr
 
 void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& surface, Lowering& out) {
     const FramePlan& plan = out.plan;
-    const MeshSight sight(plan, layer.transform, style, surface, out.pixels);
+    const MeshSight sight(plan, layer.transform, style, surface, out.pixels, layer.clips());
     const PixelRect rect = sight.touched();
     const double opacity = style.opacity() * layer.opacity;
     if (!(opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;

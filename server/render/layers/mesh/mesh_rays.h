@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/scene/bounds.h"
+#include "protocol/scene/clip.h"
 #include "storage/mesh/surface_mesh.h"
 
 namespace mote::render {
@@ -29,6 +29,8 @@ struct MeshRay {
     bool empty() const { return !(enter <= leave); }
     /// Ends it where it leaves a box, and begins it where it enters that.
     void clip(const Bounds& box);
+    /// The same of what clips leave.
+    void clip(const HalfSpaces& clips) { clipWay(clips, origin, direction, enter, leave); }
 };
 
 /// Where a ray meets a triangle; the weights of its corners add up to 1.

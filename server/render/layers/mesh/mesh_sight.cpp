@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <utility>
 
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/write_fields.h"
@@ -26,11 +27,12 @@ struct MeshSight::Corners {
 };
 
 MeshSight::MeshSight(const FramePlan& plan, const glm::dmat4& transform, const MeshStyle& style,
-                     const MeshSurface& surface, double pixels)
+                     const MeshSurface& surface, double pixels, HalfSpaces clips)
     : color_(readColor(style.color())),
       wire_(style.wire()),
       parts_(lightOf(style.light())),
       surface_(surface),
+      clips_(std::move(clips)),
       perspective_(plan.camera.perspective()),
       nearest_(nearLimit(plan.camera)),
       size_(plan.width, plan.height),
@@ -60,6 +62,7 @@ SightRay MeshSight::through(double x, double y) const {
     ray.inLayer = {glm::dvec3(fromEye_ * glm::dvec4(origin, 1.0)),
                    glm::dvec3(fromEye_ * glm::dvec4(perDepth, 0.0)), nearest_ - start_, infinity};
     ray.inLayer.clip(surface_.rays().box());
+    ray.inLayer.clip(clips_);
     return ray;
 }
 
@@ -103,7 +106,8 @@ bool MeshSight::onWire(const glm::dvec2& window, const Corners& corners) const {
 bool MeshSight::shadowed(const glm::dvec3& place, const glm::dvec3& side) const {
     MeshRay ray{place + shadowGap_ * glm::normalize(side), lightInLayer_, 0.0, infinity};
     ray.clip(surface_.rays().box());
-    return surface_.rays().blocked(ray);
+    ray.clip(clips_);
+    return !ray.empty() && surface_.rays().blocked(ray);
 }
 
 glm::dvec3 MeshSight::shade(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool shadowed) const {

@@ -37,9 +37,10 @@ struct PixelRect {
 
 class MeshSight {
   public:
-    /// `plan`: its size and its camera are told. `pixels`: of the plan, a pixel of the view.
+    /// `plan`: its size and its camera are told. `pixels`: of the plan, a pixel of the view. `clips`: what of
+    /// the mesh they cut away is not there, nor does it cast a shadow.
     MeshSight(const FramePlan& plan, const glm::dmat4& transform, const MeshStyle& style,
-              const MeshSurface& surface, double pixels);
+              const MeshSurface& surface, double pixels, HalfSpaces clips = {});
 
     /// Through (x, y) of the picture, in pixels from its upper left corner.
     SightRay through(double x, double y) const;
@@ -62,6 +63,7 @@ class MeshSight {
     bool wire_;
     Light parts_;  // its direction apart
     const MeshSurface& surface_;
+    HalfSpaces clips_;
     bool perspective_;
     double nearest_;   // depth; nothing nearer is seen
     glm::dvec2 size_;  // of the picture, pixels

@@ -149,8 +149,9 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
 }
 
 /// A small share of a plot that lies mostly in view comes from the preview. `alike`: all points weigh the
-/// same, and it is not worth its time that they move.
-void select(PointsPlan& points, const Frustum& frustum, bool alike, const Lowering& out) {
+/// same, and it is not worth its time that they move. `cut`: some are cut away; the preview does not tell
+/// which.
+void select(PointsPlan& points, const Frustum& frustum, bool alike, bool cut, const Lowering& out) {
     const double share = points.share = out.quality.pointFraction;
     points.need = needOf(points);
     const bool none = points.need.preview == 0;
@@ -159,14 +160,18 @@ void select(PointsPlan& points, const Frustum& frustum, bool alike, const Loweri
         points.selection = std::make_shared<const PointSelection>();
         return;
     }
-    if (out.device.preview && out.reading == Reading::notForPoints && !ready(*points.step, points.need) &&
-        takeWhatIsReady(points, share)) {
+    const bool waits =
+        out.device.preview && out.reading == Reading::notForPoints && !ready(*points.step, points.need);
+    if (waits && cut && points.step->pointCount() > fewPoints) {
+        points.selection = std::make_shared<const PointSelection>();
+        points.waits = true;
         return;
     }
+    if (waits && takeWhatIsReady(points, share)) return;
     points.leavesInView = leavesInView(*points.step, frustum, points.choice());
     // The preview does not tell which points of the step its own are, nor their weights, nor which leaves are
     // thin.
-    const bool preview = out.device.preview && alike && !points.colors && !points.choice().thin();
+    const bool preview = out.device.preview && alike && !cut && !points.colors && !points.choice().thin();
     if (preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
         return;
     }
@@ -198,6 +203,20 @@ void move(PointsPlan& points, const std::shared_ptr<const PointWays>& ways, doub
     points.leavesInView.clear();
     points.pointsDrawn = points.selection->points;
     if (points.colors) points.colors->values = std::move(moved.values);
+}
+
+/// What clips leave of points that are drawn from leaves.
+void cut(PointsPlan& points, const HalfSpaces& clips, const Lowering& out) {
+    if (clips.empty() || points.selection->points == 0) return;
+    points.clips = clips;
+    auto left = out.selections.cut(points.step, points.selection, clips,
+                                   points.colors ? points.colors->values : nullptr);
+    auto whole = std::exchange(points.step, std::move(left.step));
+    if (points.source == nullptr) points.source = std::move(whole);
+    points.selection = std::move(left.selection);
+    points.leavesInView.clear();
+    points.pointsDrawn = points.selection->points;
+    if (points.colors) points.colors->values = std::move(left.values);
 }
 
 /// Without values, points have the colour of their look. The preview knows no values.
@@ -245,13 +264,15 @@ void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& sty
                 Lowering& out) {
     const Layer& layer = scene.view.layers[index];
     if (auto chosen = partOf(scene.highlights, index); layer.highlight && chosen) {
-        out.highlights.emplace_back([&layer, &style, chosen = std::move(chosen),
-                                     ways = waysOf(scene, index, out), inEye, &out] {
-            const auto step = ways == nullptr
-                                  ? chosen
-                                  : movePoints(*chosen, nullptr, *ways, layer.towards->share, nullptr).step;
-            lowerHighlight(layer, *layer.highlight, style, *step, inEye, out);
-        });
+        out.highlights.emplace_back(
+            [&layer, &style, chosen = std::move(chosen), ways = waysOf(scene, index, out), inEye, &out] {
+                auto step = ways == nullptr
+                                ? chosen
+                                : movePoints(*chosen, nullptr, *ways, layer.towards->share, nullptr).step;
+                const auto clips = layer.clips();
+                if (!clips.empty()) step = cutPoints(*step, nullptr, clips, nullptr).step;
+                lowerHighlight(layer, *layer.highlight, style, *step, inEye, out);
+            });
     }
     if (const auto paths = partOf(scene.paths, index); layer.paths && paths)
         lowerPaths(layer, *layer.paths, style.pointColor, *paths, out);
@@ -286,8 +307,10 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
                           layerToEye);
     const auto ways = waysOf(scene, index, out);
     const bool still = ways == nullptr || step->pointCount() > fewPoints;
-    select(points, frustum, looks.weight().even && still, out);
+    const auto clips = layer.clips();
+    select(points, frustum, looks.weight().even && still, !clips.empty(), out);
     if (ways != nullptr) move(points, ways, layer.towards->share, out);
+    cut(points, clips, out);
     points.waits = points.waits || (points.volume != nullptr && treeWaits(*step, out));
     const bool byLeaf = !points.selection->weights.empty();
     const bool ofStep = points.preview != nullptr || (looks.weight().even && !byLeaf);
@@ -297,11 +320,12 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
     out.plan.points.push_back(std::move(points));
     lowerMarks(scene, index, style, inEye, out);
     if (volume == nullptr) return;
-    const glm::dmat4 toPlot = volume->toPlot();
+    const glm::dmat4 boxToLayer = plotToLayer() * volume->toPlot();
     FieldPlan field{.layer = index,
-                    .boxToEye = boxToEye * toPlot,
-                    .boxToLayer = glm::dmat3(plotToLayer() * toPlot),
+                    .boxToEye = layerToEye * boxToLayer,
+                    .boxToLayer = glm::dmat3(boxToLayer),
                     .transfer = transferOf(style, means ? &layer.colorBy->colorMap : nullptr),
+                    .clips = inSpace(clips, boxToLayer),
                     .samples = DensityField()};
     field.samples = DensityField{step, volume, layer.opacity, means};
     out.plan.fields.push_back(std::move(field));

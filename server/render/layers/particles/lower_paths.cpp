@@ -73,13 +73,20 @@ Strokes pathStrokes(const Layer& layer, const Paths& style, const glm::dvec3& po
     strokes.opacity = static_cast<float>(layer.opacity);
     PathPen pen(plan, style.width * pixels, strokes);
     const glm::dmat4 toEye = plan.camera.worldToEye() * layer.transform;
+    const auto inEye = [&](const glm::dvec3& place) { return glm::dvec3(toEye * glm::dvec4(place, 1.0)); };
+    const auto clips = layer.clips();
     for (std::size_t path = 0; path < paths.size(); ++path) {
-        for (auto i = paths.begin[path]; i < paths.begin[path + 1]; ++i) {
-            const glm::dvec3 inEye(toEye * glm::dvec4(paths.places[i], 1.0));
-            if (i == paths.begin[path])
-                pen.begin(inEye);
-            else
-                pen.go(inEye);
+        const auto first = paths.begin[path], end = paths.begin[path + 1];
+        if (first < end && inAll(clips, paths.places[first])) pen.begin(inEye(paths.places[first]));
+        for (auto i = first + 1; i < end; ++i) {
+            const glm::dvec3 from(paths.places[i - 1]), way = glm::dvec3(paths.places[i]) - from;
+            double enter = 0.0, leave = 1.0;
+            clipWay(clips, from, way, enter, leave);
+            if (enter > 0.0) pen.end();
+            if (!(enter <= leave)) continue;
+            if (enter > 0.0) pen.begin(inEye(from + enter * way));
+            pen.go(inEye(leave < 1.0 ? from + leave * way : from + way));
+            if (leave < 1.0) pen.end();
         }
         pen.end();
     }

@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/write_fields.h"
@@ -30,9 +31,10 @@ double randomOf(std::uint32_t point) {
 }  // namespace
 
 SurfaceDots::SurfaceDots(const StippleSurface& surface, const StippleStyle& style, const View& view,
-                         const glm::dmat4& transform)
+                         const glm::dmat4& transform, HalfSpaces clips)
     : surface_(surface),
       style_(style),
+      clips_(std::move(clips)),
       size_(lengthOf(style, style.kDotPixelsFieldNumber)),
       leastSize_(lengthOf(style, style.kLeastDotPixelsFieldNumber)),
       color_(readColor(style.color())),
@@ -56,6 +58,7 @@ std::vector<PlacedPoint> SurfaceDots::chosen() const {
 }
 
 bool SurfaceDots::visible(std::size_t point, const glm::vec3& position) const {
+    if (!inAll(clips_, position)) return false;
     const glm::dvec3 inEye = view_.toEye(position);
     if (!view_.inFront(inEye)) return false;
     const glm::dvec2 at = view_.onScreen(inEye);
@@ -65,10 +68,11 @@ bool SurfaceDots::visible(std::size_t point, const glm::vec3& position) const {
     }
     if (style_.see_through()) return true;
     const glm::dvec3 way = view_.perspective ? eyeInLayer_ - glm::dvec3(position) : eyeInLayer_;
-    const double reach = glm::length(way);
-    return !surface_.hides(
-        position, surface_.replay().normal(point), glm::vec3(way / reach),
-        view_.perspective ? static_cast<float>(reach) : std::numeric_limits<float>::infinity());
+    const double length = glm::length(way);
+    double near = 0.0, far = view_.perspective ? length : std::numeric_limits<double>::infinity();
+    clipWay(clips_, position, way / length, near, far);
+    return !surface_.hides(position, surface_.replay().normal(point), glm::vec3(way / length),
+                           static_cast<float>(far));
 }
 
 std::vector<ShownPoint> SurfaceDots::seen(const std::vector<PlacedPoint>& points) const {

@@ -27,16 +27,17 @@ struct ShownPoint {
 /// One layer in one view: what its functions have in common. Refers to the surface.
 class SurfaceDots {
   public:
+    /// `clips`: what of the surface they cut away is not there.
     SurfaceDots(const StippleSurface& surface, const StippleStyle& style, const View& view,
-                const glm::dmat4& transform);
+                const glm::dmat4& transform, HalfSpaces clips = {});
 
     SurfaceDots(const SurfaceDots&) = delete;
     SurfaceDots& operator=(const SurfaceDots&) = delete;
 
     /// The points that are drawn, those that are hidden among them, in the hierarchy's order.
     std::vector<PlacedPoint> chosen() const;
-    /// Whether a place on the surface is seen: in the picture, and not hidden by the surface, unless the
-    /// style sees through it.
+    /// Whether a place on the surface is seen: in the picture, not cut away, and not hidden by the surface,
+    /// unless the style sees through it.
     bool visible(std::size_t point, const glm::vec3& position) const;
     /// Those of `points` that are visible.
     std::vector<ShownPoint> seen(const std::vector<PlacedPoint>& points) const;
@@ -52,6 +53,7 @@ class SurfaceDots {
 
     const StippleSurface& surface_;
     const StippleStyle& style_;
+    HalfSpaces clips_;
     double size_, leastSize_;  // of dots, pixels
     glm::vec3 color_;          // linear RGB
     std::optional<ColorMap> colorMap_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/film_job.h"
+#include "protocol/scene/film/film_job.h"
 
 #include <fmt/format.h>
 
