@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <numeric>
 
-#include "server/render/ink/segment_regions.h"
-#include "server/render/ink/segments_growing.h"
 #include "server/render/ink/tone_grid.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
@@ -24,10 +22,7 @@ constexpr double leastCosine = 0.8;  // cosine of what it turns by
 constexpr std::uint32_t nowhere = UINT32_MAX;
 constexpr double alikeDepth = 0.01;     // of the extent: what is one place in two pictures differs by less
 constexpr double alikeLine = 0.004;     // likewise of lines, which lie in crowds
-constexpr double outgrown = 1.5;        // times what differs within a region: no longer of it
-constexpr double mostTurn = 0.005;      // radians that strokes turn by in a picture
-constexpr double otherWay = 0.5;        // radians: strokes are drawn anew rather than turned
-constexpr double mostShare = 0.5;       // of a region, that it has from the one it was
+constexpr double carriedEvery = 8.0;    // pixels between places of a hatch that go with the surface
 constexpr float kept = 0.8F;            // of the density before
 constexpr std::array around{0, -1, 1};  // pixels beside that in which a place was
 
@@ -65,91 +60,6 @@ Raster<std::uint32_t> seenBefore(const Modalities& now, const PictureMotion& mot
         }
     });
     return from;
-}
-
-/// What is like each region that was carried, of what is seen of it now.
-struct CarriedMeans {
-    std::vector<double> pixels, grey;
-    std::vector<glm::dvec2> direction;  // twice its angle
-
-    CarriedMeans(const Modalities& now, const Raster<std::uint32_t>& labels, std::uint32_t count)
-        : pixels(count), grey(count), direction(count, glm::dvec2(0.0)) {
-        for (std::size_t i = 0; i < labels.values.size(); ++i) {
-            const auto label = labels.values[i];
-            if (label >= count) continue;
-            pixels[label] += 1.0;
-            grey[label] += static_cast<double>(now.grey.values[i]);
-            const auto angle = static_cast<double>(now.angle.values[i]);
-            if (angle != 0.0) direction[label] += glm::dvec2(std::cos(2.0 * angle), std::sin(2.0 * angle));
-        }
-        for (std::uint32_t label = 0; label < count; ++label) {
-            grey[label] /= std::max(pixels[label], 1.0);
-            const double length = glm::length(direction[label]);
-            if (length > 0.0) direction[label] /= length;
-        }
-    }
-    bool has(std::uint32_t label, double pixelGrey, double angle) const {
-        const GrowOptions options;
-        if (std::abs(pixelGrey - grey[label]) > outgrown * options.grey) return false;
-        const double cosine =
-            direction[label].x * std::cos(2.0 * angle) + direction[label].y * std::sin(2.0 * angle);
-        return angle == 0.0 || direction[label] == glm::dvec2(0.0) ||
-               cosine >= std::cos(2.0 * outgrown * options.angle);
-    }
-};
-
-/// Where a region lay before.
-struct Origin {
-    std::uint32_t label = nowhere;  // of most of it (Boyer and Moore 1991, MJRTY)
-    std::uint32_t votes = 0;
-    double pixels = 0.0, carried = 0.0;
-    glm::dvec2 now{0.0}, then{0.0};  // sums of places
-
-    void vote(std::uint32_t one) {
-        if (votes == 0) label = one;
-        votes = one == label ? votes + 1 : votes - 1;
-    }
-};
-
-glm::dvec2 middleOf(std::size_t pixel, std::uint32_t width) {
-    return {static_cast<double>(pixel % width) + 0.5, static_cast<double>(pixel / width) + 0.5};
-}
-
-std::vector<Origin> originsOf(const Segments& regions, const Raster<std::uint32_t>& from,
-                              const Segments& before) {
-    std::vector<Origin> origins(regions.count);
-    const auto eachPixel = [&](const auto& take) {
-        for (std::size_t i = 0; i < from.values.size(); ++i) {
-            const auto region = regions.label.values[i];
-            if (region >= regions.count) continue;
-            const auto pixel = from.values[i];
-            take(i, origins[region], pixel, pixel == nowhere ? nowhere : before.label.values[pixel]);
-        }
-    };
-    eachPixel([](std::size_t, Origin& origin, std::uint32_t, std::uint32_t label) {
-        origin.pixels += 1.0;
-        if (label != nowhere) origin.vote(label);
-    });
-    eachPixel([&](std::size_t i, Origin& origin, std::uint32_t pixel, std::uint32_t label) {
-        if (label == nowhere || label != origin.label) return;
-        origin.carried += 1.0;
-        origin.now += middleOf(i, from.width);
-        origin.then += middleOf(pixel, before.label.width);
-    });
-    return origins;
-}
-
-/// Strokes of a region that moved as its middle did. `scale`: of the picture to the one before.
-HatchAxes moved(const HatchAxes& before, const HatchAxes& asked, const Origin& origin, double scale) {
-    // Directions have no sign.
-    const double turn = std::remainder(asked.direction - before.direction, std::numbers::pi);
-    if (std::abs(turn) > otherWay) return asked;
-    const double by = std::clamp(turn, -mostTurn, mostTurn);
-    const glm::dvec2 now = origin.now / origin.carried, then = origin.then / origin.carried;
-    const glm::dvec2 off = scale * (before.origin - then);
-    const double cosine = std::cos(by), sine = std::sin(by);
-    return {before.direction + by,
-            now + glm::dvec2(cosine * off.x - sine * off.y, sine * off.x + cosine * off.y)};
 }
 
 }  // namespace
@@ -223,6 +133,7 @@ Carry::Carry(const Modalities& now, const InkCamera& camera, const InkMemory& be
     : now_(now),
       before_(before),
       motion_(camera, before.camera),
+      forward_(before.camera, camera),
       lines_(before.drawn, before.left, before.depth.width, before.depth.height),
       from_(seenBefore(now, motion_, before)) {}
 
@@ -250,42 +161,40 @@ std::vector<std::vector<LineBefore>> Carry::linesBefore(const std::vector<InkLin
     return states;
 }
 
-Segments Carry::regions(const Segments& found, std::size_t leastPixels, const std::stop_token& stop) const {
-    if (before_.regions.label.values.empty()) return found;
-    Segments made = found;
-    auto carried = from_;
-    for (auto& pixel : carried.values) {
-        if (pixel != nowhere) pixel = before_.regions.label.values[pixel];
+std::vector<HatchStroke> Carry::hatches() const {
+    std::vector<HatchStroke> made;
+    const double most = alikeDepth * now_.extent;
+    const auto& depth = before_.depth;
+    for (const auto& stroke : before_.hatches) {
+        giveWay();
+        HatchStroke moved{{}, stroke.pass, stroke.second};
+        const auto end = [&] {
+            if (moved.points.size() > 1) made.push_back(moved);
+            moved.points.clear();
+        };
+        for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+            // Long parts are straight, but the surface below need not be.
+            const glm::dvec2 from = stroke.points[i],
+                             to = stroke.points[std::min(i + 1, stroke.points.size() - 1)];
+            const double parts = std::clamp(std::ceil(glm::distance(from, to) / carriedEvery), 1.0, 4096.0);
+            for (double part = 0.0; part < parts; ++part) {
+                const glm::dvec2 at = glm::mix(from, to, part / parts);
+                const auto place = forward_({at, static_cast<double>(depth.near(at.x, at.y))});
+                bool seen = false;
+                if (std::isfinite(place.depth))
+                    eachAround(now_.depth, place.at, [&](std::size_t pixel) {
+                        return seen = std::abs(static_cast<double>(now_.depth.values[pixel]) - place.depth) <=
+                                      most;
+                    });
+                if (seen)
+                    moved.points.push_back(place.at);
+                else
+                    end();
+            }
+        }
+        end();
     }
-    const std::uint32_t count = before_.regions.count;
-    const CarriedMeans means(now_, carried, count);
-    for (std::size_t i = 0; i < carried.values.size(); ++i) {
-        auto& label = made.label.values[i];
-        if (label == Segments::nothing) continue;
-        const bool same = carried.values[i] < count &&
-                          means.has(carried.values[i], static_cast<double>(now_.grey.values[i]),
-                                    static_cast<double>(now_.angle.values[i]));
-        label = same ? carried.values[i] : count + label;
-    }
-    made.count = count + found.count;
-    // What lies apart in depth, or is of other parts, is no region of one label.
-    const auto depth = growDepth(now_, GrowOptions().depth, stop);
-    made = withoutSmall(intersected(made, depth, {now_.part, 0}, stop), now_, leastPixels, stop);
-    if (isStopped(stop)) return {};
     return made;
-}
-
-std::vector<HatchAxes> Carry::axes(const Segments& regions, const std::vector<HatchAxes>& asked) const {
-    if (before_.regions.label.values.empty() || regions.label.values.empty()) return asked;
-    const auto origins = originsOf(regions, from_, before_.regions);
-    auto axes = asked;
-    const double scale = static_cast<double>(from_.height) / before_.depth.height;
-    for (std::size_t i = 0; i < axes.size(); ++i) {
-        const auto& origin = origins[i];
-        if (origin.label < before_.axes.size() && origin.carried > mostShare * origin.pixels)
-            axes[i] = moved(before_.axes[origin.label], asked[i], origin, scale);
-    }
-    return axes;
 }
 
 void Carry::even(Raster<float>& density) const {

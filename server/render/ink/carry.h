@@ -53,12 +53,8 @@ class Carry {
 
     /// How each segment of each line was drawn.
     std::vector<std::vector<LineBefore>> linesBefore(const std::vector<InkLine>& lines) const;
-    /// Regions as before where they still go with what is seen there; where they do not, or nothing was seen
-    /// before, as they are found anew.
-    Segments regions(const Segments& found, std::size_t leastPixels, const std::stop_token& stop) const;
-    /// Strokes of regions that were there before lie where they lay on the surface, and turn slowly to what
-    /// is asked for.
-    std::vector<HatchAxes> axes(const Segments& regions, const std::vector<HatchAxes>& asked) const;
+    /// What can be seen of hatches of before, where they lie on the surface now.
+    std::vector<HatchStroke> hatches() const;
     /// Makes densities change slowly.
     void even(Raster<float>& density) const;
 
@@ -67,7 +63,7 @@ class Carry {
 
     const Modalities& now_;
     const InkMemory& before_;
-    PictureMotion motion_;
+    PictureMotion motion_, forward_;
     LineMap lines_;               // of before
     Raster<std::uint32_t> from_;  // the pixel in which each was seen before, or nowhere
 };

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <utility>
 
+#include "server/render/ink/contour.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
@@ -265,6 +268,180 @@ ChosenLines thinned(const std::vector<InkLine>& lines, const SilhouetteStyle& st
     return chosen;
 }
 
+/// Finds what is missing of outer contours, and draws it.
+class ContourMaker {
+  public:
+    ContourMaker(const Raster<Sight>& sight, const Raster<float>& depth, ChosenLines& chosen)
+        : sight_(sight), depth_(depth), chosen_(chosen), inked_(depth.width, depth.height) {
+        for (const auto& line : chosen_.lines) mark(line);
+    }
+
+    /// What is drawn more.
+    std::vector<InkLine> make(const std::stop_token& stop) {
+        takeLeft([&](const LinePoint& from, const LinePoint& to) {
+            return from.step >= static_cast<double>(outerStep) && !isAlongInk(from, to);
+        });
+        if (isStopped(stop) || sight_.values.empty() || !findGaps()) return std::move(more_);
+        takeLeft([&](const LinePoint& from, const LinePoint& to) { return isAtGap(from, to); });
+        if (!isStopped(stop) && findGaps()) drawBorders(stop);
+        return std::move(more_);
+    }
+
+  private:
+    template <class Take>
+    void eachPixelOf(const LinePoint& from, const LinePoint& to, const Take& take) const {
+        eachSquare(from.at, to.at, inked_.width, inked_.height,
+                   [&](std::uint32_t column, std::uint32_t row, double) { take(column, row); });
+    }
+    void mark(const InkLine& line) {
+        for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
+            eachPixelOf(line.points[i], line.points[i + 1],
+                        [&](std::uint32_t column, std::uint32_t row) { inked_.at(column, row) = 1; });
+    }
+    /// Whether a pixel or one of those around it is marked.
+    static bool isNear(const Raster<std::uint8_t>& marks, std::uint32_t column, std::uint32_t row) {
+        for (std::uint32_t y = row > 0 ? row - 1 : 0; y <= std::min(row + 1, marks.height - 1); ++y) {
+            for (std::uint32_t x = column > 0 ? column - 1 : 0; x <= std::min(column + 1, marks.width - 1);
+                 ++x) {
+                if (marks.at(x, y) != 0) return true;
+            }
+        }
+        return false;
+    }
+    bool isAlongInk(const LinePoint& from, const LinePoint& to) const {
+        bool along = true;
+        eachPixelOf(from, to, [&](std::uint32_t column, std::uint32_t row) {
+            along = along && isNear(inked_, column, row);
+        });
+        return along;
+    }
+    bool isAtGap(const LinePoint& from, const LinePoint& to) const {
+        bool any = false;
+        eachPixelOf(from, to, [&](std::uint32_t column, std::uint32_t row) {
+            for (std::uint32_t y = row > 0 ? row - 1 : 0; !any && y <= std::min(row + 1, gaps_.height - 1);
+                 ++y) {
+                for (std::uint32_t x = column > 0 ? column - 1 : 0;
+                     x <= std::min(column + 1, gaps_.width - 1); ++x)
+                    any = any || (gaps_.at(x, y) != 0 && !isNear(inked_, x, y));
+            }
+        });
+        return any;
+    }
+    /// Draws those segments of lines that are left for which `wants` is true, one after another.
+    template <class Wants>
+    void takeLeft(const Wants& wants) {
+        std::vector<InkLine> left;
+        for (auto& line : chosen_.left) {
+            giveWay();
+            bool taken = false;
+            InkLine part{line.kind, {}, line.rank};
+            const auto end = [&] {
+                if (part.points.size() > 1) {
+                    if (taken) mark(part);
+                    (taken ? more_ : left).push_back(part);
+                }
+                part.points.clear();
+            };
+            for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+                const bool take = wants(line.points[i], line.points[i + 1]);
+                if (take != taken) end();
+                taken = take;
+                if (part.points.empty()) part.points.push_back(line.points[i]);
+                part.points.push_back(line.points[i + 1]);
+            }
+            end();
+        }
+        chosen_.left = std::move(left);
+    }
+    /// Marks pixels on both sides of borders along which no line is drawn; whether there are any.
+    bool findGaps() {
+        gaps_ = Raster<std::uint8_t>(sight_.width, sight_.height);
+        bool any = false;
+        const auto meet = [&](std::uint32_t column, std::uint32_t row, std::uint32_t right,
+                              std::uint32_t down) {
+            const Sight one = sight_.at(column, row), other = sight_.at(column + right, row + down);
+            if (one == other || (one != Sight::nothing && other != Sight::nothing) || one == Sight::inked ||
+                other == Sight::inked)
+                return;
+            if (isNear(inked_, column, row) && isNear(inked_, column + right, row + down)) return;
+            gaps_.at(column, row) = gaps_.at(column + right, row + down) = 1;
+            any = true;
+        };
+        for (std::uint32_t row = 0; row < sight_.height; ++row) {
+            giveWay();
+            for (std::uint32_t column = 0; column < sight_.width; ++column) {
+                if (column + 1 < sight_.width) meet(column, row, 1, 0);
+                if (row + 1 < sight_.height) meet(column, row, 0, 1);
+            }
+        }
+        return any;
+    }
+    /// Draws borders of what is seen where there are gaps.
+    void drawBorders(const std::stop_token& stop) {
+        Raster<float> seen(sight_.width, sight_.height);
+        for (std::size_t i = 0; i < seen.values.size(); ++i)
+            seen.values[i] = sight_.values[i] != Sight::nothing;
+        for (const auto& outline : contoursOf(seen, 0.5F, stop)) {
+            giveWay();
+            drawBorder(rounded(outline.points));
+        }
+    }
+    /// Places about a pixel apart, of which the corners of pixels are taken.
+    static std::vector<glm::dvec2> rounded(const std::vector<glm::dvec2>& corners) {
+        std::vector<glm::dvec2> places;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const auto &from = corners[i], &to = corners[(i + 1) % corners.size()];
+            const double parts = std::max(1.0, std::round(glm::distance(from, to)));
+            for (double part = 0.0; part < parts; ++part) places.push_back(glm::mix(from, to, part / parts));
+        }
+        for (int round = 0; round < borderRounds; ++round) {
+            const auto before = places;
+            const std::size_t count = places.size();
+            for (std::size_t i = 0; i < count; ++i)
+                places[i] =
+                    0.5 * before[i] + 0.25 * (before[(i + count - 1) % count] + before[(i + 1) % count]);
+        }
+        return places;
+    }
+    void drawBorder(const std::vector<glm::dvec2>& places) {
+        InkLine line;
+        const auto end = [&] {
+            if (line.points.size() > 1) {
+                simplify(line.points);
+                more_.push_back(line);
+            }
+            line.points.clear();
+        };
+        for (std::size_t i = 0; i <= places.size(); ++i) {
+            const auto& at = places[i % places.size()];
+            if (isWithin(at) &&
+                isNear(gaps_, static_cast<std::uint32_t>(at.x), static_cast<std::uint32_t>(at.y)))
+                line.points.push_back({at, nearestDepth(at), 1.0});
+            else
+                end();
+        }
+        end();
+    }
+    /// The picture's sides are no borders of what is seen.
+    bool isWithin(const glm::dvec2& at) const {
+        return at.x > 0.75 && at.y > 0.75 && at.x < sight_.width - 0.75 && at.y < sight_.height - 0.75;
+    }
+    double nearestDepth(const glm::dvec2& at) const {
+        float nearest = HUGE_VALF;
+        for (int i = 0; i < 25; ++i)
+            nearest = std::min(nearest, depth_.near(at.x + i % 5 - 2, at.y + i / 5 - 2));
+        return std::isfinite(nearest) ? static_cast<double>(nearest) : 0.0;
+    }
+
+    static constexpr int borderRounds = 4;
+
+    const Raster<Sight>& sight_;
+    const Raster<float>& depth_;
+    ChosenLines& chosen_;
+    Raster<std::uint8_t> inked_, gaps_;  // pixels that lines pass; beside borders without lines
+    std::vector<InkLine> more_;
+};
+
 /// What is drawn of lines, or is not; pieces that follow one another are one.
 std::vector<InkLine> joined(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces, bool drawn) {
     std::vector<InkLine> made;
@@ -309,6 +486,15 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
         }
     }
     return {joined(lines, pieces, true), joined(lines, pieces, false), trial.take()};
+}
+
+void makeContoursWhole(const Raster<Sight>& sight, const Raster<float>& depth, const LineTarget& target,
+                       ChosenLines& chosen, const std::stop_token& stop) {
+    auto more = ContourMaker(sight, depth, chosen).make(stop);
+    if (more.empty()) return;
+    const auto density = densityOf(more, target.cells, target.width);
+    for (std::size_t i = 0; i < density.values.size(); ++i) chosen.density.values[i] += density.values[i];
+    std::move(more.begin(), more.end(), std::back_inserter(chosen.lines));
 }
 
 }  // namespace mote::render

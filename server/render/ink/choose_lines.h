@@ -5,6 +5,7 @@
 // target. Pure.
 #pragma once
 
+#include <cstdint>
 #include <stop_token>
 #include <vector>
 
@@ -33,6 +34,16 @@ struct ChosenLines {
 
 /// The density of lines, blurred.
 ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, double width);
+
+/// What each pixel of a picture sees, if what is seen ends there at once, as a surface does.
+enum class Sight : std::uint8_t { nothing, something, inked };
+
+/// Draws what is missing of outer contours. Of the lines that are left those that lie beside nothing, and
+/// those between pixels that see something and pixels that see nothing, are drawn where no line is within
+/// about two pixels; where there is none to draw, as at the plane nearer than which nothing is seen, the
+/// border itself. `sight`: without pixels where borders tell nothing; beside inked ones no line is missing.
+void makeContoursWhole(const Raster<Sight>& sight, const Raster<float>& depth, const LineTarget& target,
+                       ChosenLines& chosen, const std::stop_token& stop);
 
 /// Chooses by the style's mode and importance.
 ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,

@@ -11,6 +11,7 @@
 #include "server/render/ink/choose_lines.h"
 #include "server/render/ink/complexity.h"
 #include "server/render/ink/hatch.h"
+#include "server/render/ink/hatch_field.h"
 #include "server/render/ink/pen.h"
 #include "server/render/ink/segments.h"
 #include "server/render/ink/show.h"
@@ -22,8 +23,10 @@
 namespace mote::render {
 namespace {
 
-constexpr double pieceShare = 2.0;       // of the reading distance: what is drawn or left out as one
-constexpr double hatchBlur = 1.5;        // strokes' spacings over which the tone of hatches is even
+constexpr double pieceShare = 2.0;  // of the reading distance: what is drawn or left out as one
+constexpr double hatchBlur = 1.5;   // strokes' spacings over which the tone of hatches is even
+// Pixels of a cell in which hatches have a direction; of the view, over which a surface's bend is told.
+constexpr double leastCell = 2.0, mostCell = 8.0, fieldLength = 90.0;
 constexpr double sideShare = 0.5;        // of the reading distance: tones beside a line are taken so far off
 constexpr double contrast = 0.25;        // of tones that part two sides without a line, share of the paper
 constexpr double besideNothing = 0.999;  // step of a line
@@ -45,8 +48,8 @@ Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
     return wanted;
 }
 
-/// Tells crumbs: what is shorter than one and a half spacings of hatches, and has nothing longer within a
-/// spacing of its middle. Outer contours are none.
+/// Tells crumbs of lines: what is shorter than one and a half spacings of hatches, and has nothing longer
+/// within a spacing of its middle. Outer contours are none.
 class Crumbs {
   public:
     Crumbs(const std::vector<InkLine>& lines, const std::vector<HatchStroke>& strokes, const glm::uvec2& size,
@@ -61,15 +64,13 @@ class Crumbs {
                 mark(line.points[i].at, line.points[i + 1].at);
         }
         for (const auto& stroke : strokes) {
-            if (!isShort(stroke)) mark(stroke.from, stroke.to);
+            for (std::size_t i = 0; i + 1 < stroke.points.size(); ++i)
+                mark(stroke.points[i], stroke.points[i + 1]);
         }
     }
 
     bool has(const InkLine& line) const {
         return isShort(line) && isAlone(line.points[line.points.size() / 2].at);
-    }
-    bool has(const HatchStroke& stroke) const {
-        return isShort(stroke) && isAlone(0.5 * (stroke.from + stroke.to));
     }
 
   private:
@@ -83,9 +84,6 @@ class Crumbs {
             if (length >= shortest * spacing_) return false;
         }
         return true;
-    }
-    bool isShort(const HatchStroke& stroke) const {
-        return glm::distance(stroke.from, stroke.to) < shortest * spacing_;
     }
     void mark(const glm::dvec2& from, const glm::dvec2& to) {
         eachSquare(from / spacing_, to / spacing_, inked_.width, inked_.height,
@@ -143,11 +141,12 @@ class DrawingMaker {
         if (isStopped(stop_)) return drawing;
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines, stop_);
-        HatchPlan plan;
+        Raster<float> density;
         std::vector<HatchStroke> strokes;
         if (hatches) {
-            plan = hatchPlan(rest, std::move(regions), chosen.density);
-            strokes = hatched(plan);
+            density = missing(rest, chosen.density, hatchOptions().spacing);
+            if (carry_) carry_->even(density);
+            strokes = hatched(density, regions);
         }
         const Crumbs crumbs(chosen.lines, strokes, {wanted_.width, wanted_.height}, hatchOptions().spacing);
         // Of a film's lines those stay that were there before.
@@ -159,19 +158,14 @@ class DrawingMaker {
         }
         for (const auto& stroke : strokes) {
             giveWay();
-            if (!crumbs.has(stroke)) pen.draw(stroke, style_.hatch.width * pixels_);
+            pen.draw(stroke, style_.hatch.width * pixels_);
         }
-        if (memory_ != nullptr && !isStopped(stop_)) remember(std::move(chosen), std::move(plan));
+        if (memory_ != nullptr && !isStopped(stop_))
+            remember(std::move(chosen), std::move(strokes), std::move(density));
         return drawing;
     }
 
   private:
-    /// What is hatched, and how.
-    struct HatchPlan {
-        Segments regions;
-        std::vector<HatchAxes> axes;
-        Raster<float> density;
-    };
     /// What is drawn beside solid ink: all if there is none.
     struct Rest {
         SolidInk solid;              // without pixels where the style has none
@@ -213,8 +207,22 @@ class DrawingMaker {
                                 pieceShare * reading_,
                                 scene_.quick,
                                 carry_ ? &*carry_ : nullptr};
-        if (!style_.silhouettes.omit) return chooseLines(lines, style_.silhouettes, target, stop_);
-        return chooseLines(needed(lines), style_.silhouettes, target, stop_);
+        if (style_.silhouettes.omit) return chooseLines(needed(lines), style_.silhouettes, target, stop_);
+        auto chosen = chooseLines(lines, style_.silhouettes, target, stop_);
+        if (style_.silhouettes.mode != SilhouetteMode::none && !isStopped(stop_))
+            makeContoursWhole(scene_.field ? Raster<Sight>() : sightOf(rest), scene_.modalities.depth, target,
+                              chosen, stop_);
+        return chosen;
+    }
+    Raster<Sight> sightOf(const Rest& rest) const {
+        const auto& depth = scene_.modalities.depth;
+        Raster<Sight> sight(depth.width, depth.height);
+        for (std::size_t i = 0; i < sight.values.size(); ++i) {
+            if (!std::isfinite(depth.values[i])) continue;
+            const bool inked = !rest.isSimple(i) && rest.solid.ground.values[i] == Ground::solid;
+            sight.values[i] = inked ? Sight::inked : Sight::something;
+        }
+        return sight;
     }
     /// Lines without those between tones that differ enough.
     std::vector<InkLine> needed(const std::vector<InkLine>& all) const {
@@ -244,36 +252,25 @@ class DrawingMaker {
 
     HatchOptions hatchOptions() const {
         const auto& hatchStyle = style_.hatch;
-        return {.spacing = std::max(1.0, hatchStyle.spacing * pixels_),
-                .width = hatchStyle.width * pixels_,
-                .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
+        return {.spacing = std::max(1.0, hatchStyle.spacing * pixels_), .width = hatchStyle.width * pixels_};
     }
-    HatchPlan hatchPlan(const Rest& rest, Segments regions, const ToneGrid& drawn) const {
-        auto& labels = regions.label.values;
-        forRangesInTurns(labels.size(), pixelsPerTask, [&](const auto& range) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                if (!rest.isSimple(i)) labels[i] = Segments::nothing;
-            }
-        });
-        HatchPlan plan{std::move(regions), {}, missing(rest, drawn, hatchOptions().spacing)};
-        if (carry_) carry_->even(plan.density);
-        plan.axes = hatchAxes(hatchRegions(plan));
-        if (carry_) plan.axes = carry_->axes(plan.regions, plan.axes);
-        return plan;
-    }
-    HatchRegions hatchRegions(const HatchPlan& plan) const {
-        return {plan.regions.label, plan.regions.count, scene_.modalities.angle, plan.density};
-    }
-    std::vector<HatchStroke> hatched(const HatchPlan& plan) const {
-        return hatch(hatchRegions(plan), plan.axes, hatchOptions(), stop_);
+    std::vector<HatchStroke> hatched(const Raster<float>& density, const Segments& regions) const {
+        const auto options = hatchOptions();
+        const auto before = carry_ ? carry_->hatches() : std::vector<HatchStroke>();
+        const auto field = hatchField(
+            scene_.modalities, scene_.camera, regions, before,
+            {.pixels = static_cast<std::uint32_t>(std::clamp(options.spacing, leastCell, mostCell)),
+             .length = fieldLength * pixels_},
+            stop_);
+        return hatch({field, density, ContinuousSight(scene_.modalities, scene_.camera)}, before, options,
+                     stop_);
     }
     Segments segments() const {
         SegmentOptions options{.method = style_.hatch.segments};
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
-        auto found = segmentsOf(scene_.modalities, options, stop_);
-        return carry_ && !isStopped(stop_) ? carry_->regions(found, options.leastPixels, stop_) : found;
+        return segmentsOf(scene_.modalities, options, stop_);
     }
-    void remember(ChosenLines chosen, HatchPlan plan) {
+    void remember(ChosenLines chosen, std::vector<HatchStroke> hatches, Raster<float> density) {
         const auto& modalities = scene_.modalities;
         carry_.reset();
         *memory_ = {style_,
@@ -282,9 +279,8 @@ class DrawingMaker {
                     modalities.depth,
                     std::move(chosen.lines),
                     std::move(chosen.left),
-                    std::move(plan.regions),
-                    std::move(plan.axes),
-                    std::move(plan.density)};
+                    std::move(hatches),
+                    std::move(density)};
     }
     /// The density that lines leave to be hatched, where it is.
     Raster<float> missing(const Rest& rest, const ToneGrid& drawn, double spacing) const {
@@ -299,7 +295,9 @@ class DrawingMaker {
             const auto pixel =
                 inked.index(static_cast<std::uint32_t>(place.x), static_cast<std::uint32_t>(place.y));
             inked.values[pixel] = rest.isSimple(pixel) ? static_cast<float>(coverOf(lines + more)) : 0.0F;
-            value = static_cast<float>(more);
+            value = rest.isSimple(pixel) && std::isfinite(modalities.depth.values[pixel])
+                        ? static_cast<float>(more)
+                        : 0.0F;
         });
         const auto share = neededOf(rest, drawn, blurred(meansOf(inked, cells_), cells_.blur));
         eachPixel(density,

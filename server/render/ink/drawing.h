@@ -22,6 +22,7 @@ struct InkScene {
     std::vector<InkLine> lines;
     InkCamera camera;
     bool quick = false;  ///< for a picture in motion: its lines have ranks
+    bool field = false;  ///< whether what is seen thins out, so that its border need not be a line
 };
 
 struct Drawing {

@@ -18,7 +18,6 @@
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/raster.h"
-#include "server/render/ink/segments.h"
 
 namespace mote::render {
 
@@ -70,9 +69,8 @@ struct InkMemory {
     double extent = 1.0;               ///< Modalities::extent
     Raster<float> depth;               ///< Modalities::depth
     std::vector<InkLine> drawn, left;  ///< lines that were drawn, and that were not
-    Segments regions;
-    std::vector<HatchAxes> axes;  ///< of the regions
-    Raster<float> density;        ///< that was hatched
+    std::vector<HatchStroke> hatches;
+    Raster<float> density;  ///< that was hatched
 };
 
 }  // namespace mote::render

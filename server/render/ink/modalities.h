@@ -38,6 +38,9 @@ struct Modalities {
     Raster<std::uint32_t> part;
     /// What the depths of a whole scene differ by, world units, above 0: steps are told by it.
     double extent = 1.0;
+    /// How much of the surface's normal lies on the screen: the sine of its angle to the screen's axis, below
+    /// 0 if it points away from there. Empty if it is not known.
+    Raster<float> across = {};
 };
 
 /// As a vector of twice its angle; zero if there is none, as a surface faces the eye.

@@ -156,21 +156,28 @@ void Pen::draw(const InkLine& line, double width) {
 }
 
 void Pen::draw(const HatchStroke& stroke, double width) {
-    const double parts = partsOf(stroke.from, stroke.to);
-    aims_.clear();
-    for (double part = 0.0; part <= parts; ++part)
-        aims_.push_back(aimOn(glm::mix(stroke.from, stroke.to, part / parts)));
-    const auto isKnown = [](const Aim& aim) { return std::isfinite(aim.depth); };
-    const auto first = std::find_if(aims_.begin(), aims_.end(), isKnown);
-    if (first == aims_.end()) return;
-    // Its first places may lie just beside what is seen.
-    std::fill(aims_.begin(), first, *first);
-    for (std::size_t i = 1; i < aims_.size(); ++i) {
-        if (!isKnown(aims_[i])) aims_[i] = aims_[i - 1];
+    points_.clear();
+    Aim last{HUGE_VAL, 0.0};
+    for (std::size_t i = 0; i + 1 < stroke.points.size(); ++i) {
+        const glm::dvec2 &from = stroke.points[i], &to = stroke.points[i + 1];
+        const double parts = partsOf(from, to);
+        aims_.clear();
+        for (double part = 0.0; part <= parts; ++part)
+            aims_.push_back(aimOn(glm::mix(from, to, part / parts)));
+        if (i > 0 && std::isfinite(last.depth)) aims_.front() = last;
+        // Some places may lie just beside what is seen.
+        const auto isKnown = [](const Aim& aim) { return std::isfinite(aim.depth); };
+        const auto first = std::find_if(aims_.begin(), aims_.end(), isKnown);
+        if (first == aims_.end()) continue;
+        std::fill(aims_.begin(), first, *first);
+        for (std::size_t k = 1; k < aims_.size(); ++k) {
+            if (!isKnown(aims_[k])) aims_[k] = aims_[k - 1];
+        }
+        last = aims_.back();
+        if (points_.empty()) points_.push_back({from, aims_.front().depth, width});
+        lay(from, to, width);
     }
-    points_.assign(1, {stroke.from, aims_.front().depth, width});
-    lay(stroke.from, stroke.to, width);
-    put();
+    if (points_.size() > 1) put();
 }
 
 void Pen::fill(const std::vector<Outline>& outlines, const std::stop_token& stop) {

@@ -274,13 +274,13 @@ TEST(Pen, AHatchLiesOnWhatIsSeen) {
     const auto modalities = halfSeen();
     Strokes strokes;
     Pen pen(modalities, {}, strokes);
-    pen.draw(HatchStroke{{4.0, 20.0}, {40.0, 60.0}}, 1.0);
+    pen.draw(HatchStroke{{{4.0, 20.0}, {40.0, 60.0}}}, 1.0);
     for (const auto& point : strokes.points)
         EXPECT_NEAR(point.depth, 10.0 + 0.1 * static_cast<double>(point.x), 0.22);
 
     // Its ends lie beside what is seen: the depth is that of what is seen nearest.
     for (const auto& stroke :
-         {HatchStroke{{40.0, 5.0}, {95.0, 5.0}}, HatchStroke{{95.0, 5.0}, {40.0, 5.0}}}) {
+         {HatchStroke{{{40.0, 5.0}, {95.0, 5.0}}}, HatchStroke{{{95.0, 5.0}, {40.0, 5.0}}}}) {
         strokes = {};
         pen.draw(stroke, 1.0);
         ASSERT_FALSE(strokes.lines.empty());
@@ -288,7 +288,7 @@ TEST(Pen, AHatchLiesOnWhatIsSeen) {
             EXPECT_TRUE(point.depth > 13.0 && point.depth < 15.0) << point.x;
     }
     strokes = {};
-    pen.draw(HatchStroke{{60.0, 5.0}, {95.0, 5.0}}, 1.0);
+    pen.draw(HatchStroke{{{60.0, 5.0}, {95.0, 5.0}}}, 1.0);
     EXPECT_TRUE(strokes.empty()) << "nothing is seen";
 }
 
@@ -332,14 +332,15 @@ TEST(Pen, AHatchFollowsASurfaceThatBulges) {
         for (const double off : {-25.0, 0.0, 11.0}) {
             const glm::dvec2 middle = 48.0 + off * glm::dvec2(-along.y, along.x);
             Strokes strokes;
-            Pen(modalities, {}, strokes).draw(HatchStroke{middle - 28.0 * along, middle + 28.0 * along}, 1.0);
+            Pen(modalities, {}, strokes)
+                .draw(HatchStroke{{middle - 28.0 * along, middle + 28.0 * along}}, 1.0);
             const auto [least, most] = inFront(strokes, modalities);
             EXPECT_GT(least, 0.0);
             EXPECT_LT(most, 0.08 * modalities.extent);
         }
     }
     Strokes strokes;
-    Pen(modalities, {}, strokes).draw(HatchStroke{{2.0, 2.0}, {90.0, 3.0}}, 1.0);
+    Pen(modalities, {}, strokes).draw(HatchStroke{{{2.0, 2.0}, {90.0, 3.0}}}, 1.0);
     EXPECT_EQ(strokes.points.size(), 2U) << "on a wall two places tell all";
 }
 
@@ -430,11 +431,11 @@ TEST(Pen, ExtremesStayFinite) {
                 for (const double far : {1e-12, 0.3, 1e3}) {
                     for (const std::size_t points : {2U, 3U, 20U})
                         pen.draw(anyLine(random, points, far), width);
-                    pen.draw(HatchStroke{{-far, 0.0}, {far, far}}, width);
+                    pen.draw(HatchStroke{{{-far, 0.0}, {far, far}}}, width);
                 }
                 pen.draw(anyLine(random, 3, 1e7), width);
                 pen.draw(InkLine{LineKind::border, {{{3.0, 3.0}, 2.0}, {{3.0, 3.0}, 2.0}}}, width);
-                pen.draw(HatchStroke{{3.0, 3.0}, {3.0, 3.0}}, width);
+                pen.draw(HatchStroke{{{3.0, 3.0}, {3.0, 3.0}}}, width);
                 expectFinite(strokes);
                 EXPECT_LT(strokes.points.size(), 50000U);
             }

@@ -63,6 +63,7 @@ struct Seeing {
     InkScene operator()(const InkVolume& volume) const {
         auto seen = modalitiesOf(volume, transform, style, plan, stop);
         InkScene scene;
+        scene.field = true;
         if (lines && !isStopped(stop)) scene.lines = linesOf(seen, stop);
         scene.modalities = std::move(seen.modalities);
         return scene;

@@ -191,7 +191,9 @@ class RowMaker {
             depth = static_cast<float>(hit->depth);
             nearest = i;
             const glm::dvec2 across(hit->normal.x, -hit->normal.y);
-            made_.angle.at(column, row) = glm::length(across) > leastAcross ? angleOf(across) : 0.0F;
+            const double sine = glm::length(across);
+            made_.angle.at(column, row) = sine > leastAcross ? angleOf(across) : 0.0F;
+            made_.across.at(column, row) = static_cast<float>(std::copysign(sine, hit->normal.z));
             made_.part.at(column, row) = parts_.empty() ? 0U : parts_[met_[i].triangle];
             triangle_.at(column, row) = met_[i].triangle;
         }
@@ -242,6 +244,7 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
     made.modalities.depth = Raster<float>(width, height, HUGE_VALF);
     made.modalities.angle = Raster<float>(width, height);
     made.modalities.part = Raster<std::uint32_t>(width, height, Modalities::nothing);
+    made.modalities.across = Raster<float>(width, height);
     made.triangle = Raster<std::uint32_t>(width, height, MeshMeeting::none);
     made.farthest = Raster<float>(width, height, HUGE_VALF);
     const MeshStyle mesh = white(style);

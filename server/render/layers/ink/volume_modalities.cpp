@@ -84,7 +84,7 @@ class RowMaker {
     }
     /// The one ray that was seen there.
     void clear(std::uint32_t column, std::uint32_t row) {
-        made_.modalities.angle.at(column, row) = 0.0F;
+        made_.modalities.angle.at(column, row) = made_.modalities.across.at(column, row) = 0.0F;
         made_.modalities.part.at(column, row) = Modalities::nothing;
     }
     void makePixel(std::uint32_t column, std::uint32_t row) {
@@ -116,8 +116,10 @@ class RowMaker {
         if (!std::isfinite(pixel.depth)) return;
         made.part.at(column, row) = 0;
         const glm::dvec2 across(pixel.normal.x, -pixel.normal.y);
-        if (glm::length(across) > leastAcross * glm::length(pixel.normal))
-            made.angle.at(column, row) = angleOf(across);
+        const double length = glm::length(pixel.normal), sine = glm::length(across);
+        if (!(sine > leastAcross * length)) return;
+        made.angle.at(column, row) = angleOf(across);
+        made.across.at(column, row) = static_cast<float>(std::copysign(sine / length, pixel.normal.z));
     }
 
     const VolumeRays& rays_;
@@ -146,7 +148,7 @@ void dropRims(float paper, VolumeModalities& made) {
         if (rims.values[i] == 0) continue;
         modalities.grey.values[i] = paper;
         modalities.depth.values[i] = HUGE_VALF;
-        modalities.angle.values[i] = 0.0F;
+        modalities.angle.values[i] = modalities.across.values[i] = 0.0F;
         modalities.part.values[i] = Modalities::nothing;
     }
 }
@@ -159,6 +161,7 @@ VolumeModalities blank(const FramePlan& plan, float paper) {
     made.modalities.depth = Raster<float>(width, height, HUGE_VALF);
     made.modalities.angle = Raster<float>(width, height);
     made.modalities.part = Raster<std::uint32_t>(width, height, Modalities::nothing);
+    made.modalities.across = Raster<float>(width, height);
     made.opacity = Raster<float>(width, height);
     made.depth = Raster<float>(width, height, HUGE_VALF);
     return made;
