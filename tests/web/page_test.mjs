@@ -5,6 +5,7 @@
 //   node page_test.mjs BIN PACKAGES
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
+import http from 'node:http';
 import path from 'node:path';
 import {bin, browserPath, chromium, exact, folder, later, makeData, packages, picture, program, run, start, tidy} from './browser.mjs';
 
@@ -68,6 +69,32 @@ async function drag(from, to, button = 'left') {
 async function clickAt(place, x, y) {
     const box = await place.boundingBox();
     await place.click({position: {x: x * box.width, y: y * box.height}});
+}
+/// A proxy of a hub before a socket: its port. It passes on who asked for what, as they do.
+function proxy(socket, base, keeps) {
+    const server = http.createServer((request, response) => {
+        const far = http.request(options(request), (answer) => {
+            response.writeHead(answer.statusCode, answer.headers);
+            answer.pipe(response);
+        });
+        far.on('error', () => response.destroy());
+        request.pipe(far);
+    });
+    const options = (request) => ({socketPath: socket, method: request.method, headers: request.headers,
+                                   path: keeps ? request.url : request.url.replace(base, '/')});
+    server.on('upgrade', (request, near) => {
+        const far = http.request(options(request));
+        far.on('upgrade', (answer, line) => {
+            near.write('HTTP/1.1 101 Switching Protocols\r\n' + Object.entries(answer.headers).map(([name, value]) => `${name}: ${value}\r\n`).join('') + '\r\n');
+            line.pipe(near).pipe(line);
+            for (const each of [line, near]) each.on('error', () => {});
+        });
+        far.on('error', () => near.destroy());
+        far.end();
+    });
+    later(() => server.closeAllConnections());
+    later(() => server.close());
+    return new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(server.address().port)));
 }
 let first;
 
@@ -170,21 +197,21 @@ await thing('space plays the steps and stops', async () => {
 });
 await thing('a slider of the schema changes the look, and its default comes back', async () => {
     const before = await picture(page);
-    const slider = page.locator('.row', {hasText: 'Size pixels'}).first();
+    const slider = page.locator('.row', {hasText: 'Point size'}).first();
     await changes(() => slider.locator('input[type=range]').fill('0.8'));
     await changes(() => slider.getByRole('button').click());
     assert.equal((await picture(page)).hash, before.hash);
 });
 await thing('a number is typed, and kept within its range', async () => {
-    const number = page.locator('.row', {hasText: 'Size pixels'}).first().locator('input[type=number]');
+    const number = page.locator('.row', {hasText: 'Point size'}).first().locator('input[type=number]');
     await changes(async () => {
         await number.fill('900');
         await number.press('Enter');
     });
     assert.equal(await number.inputValue(), '64');
-    await changes(() => page.locator('.row', {hasText: 'Size pixels'}).first().getByRole('button').click());
+    await changes(() => page.locator('.row', {hasText: 'Point size'}).first().getByRole('button').click());
 });
-await thing('another colour map', () => changes(() => control('Color map').first().selectOption('viridis')));
+await thing('another colour map', () => changes(() => control('Colour map').first().selectOption('viridis')));
 await thing('a curve is drawn by clicks', async () => {
     const curve = page.locator('.curve').first();
     await changes(() => clickAt(curve, 0.8, 0.2));
@@ -234,7 +261,7 @@ await thing('a volume has a curve over its values', async () => {
 await thing('a mesh has a colour', async () => {
     await dataset('box').click();
     await exact(page);
-    await changes(() => control('Colour').fill('#ff2200'));
+    await changes(() => control('Colour').first().fill('#ff2200'));
 });
 await thing('it is drawn in pen and ink', async () => {
     await changes(() => page.getByLabel('Drawn as').selectOption('ink'));
@@ -404,6 +431,39 @@ await thing('a follower sees what the owner sees, and changes nothing', async ()
     await follower.getByRole('button', {name: 'Look around yourself'}).click();
     await exact(follower);
     await follower.context().close();
+});
+await thing('two pages of a room, as of a notebook, share a view', async () => {
+    const room = '0123456789abcdef0123456789abcdef';
+    const [one, two] = [await page.context().newPage(), await page.context().newPage()];
+    for (const each of [one, two]) await each.goto(new URL(`#room=${room}`, page.url()).href);
+    const same = async () => {
+        await exact(one);
+        await one.waitForFunction(() => document.getElementById('stage').dataset.final === 'true');
+        const wanted = (await picture(one)).hash;
+        for (let i = 0; i < 200 && (await picture(two)).hash !== wanted; ++i) await two.evaluate(() => new Promise(requestAnimationFrame));
+        assert.equal((await picture(two)).hash, wanted);
+    };
+    await one.locator('li[data-name="data/beam"] .dataset').click();
+    await same();
+    await one.locator('#stage').press('ArrowLeft');
+    await one.waitForFunction(() => document.getElementById('stage').dataset.final === 'false');
+    await same();
+    await Promise.all([one.close(), two.close()]);
+});
+await thing('a proxy keeps the path, and one strips it', async () => {
+    for (const keeps of [true, false]) {
+        const base = '/user/me/mote/';
+        const socket = path.join(folder, `web-${keeps}.sock`);
+        await start('ready ', 'mote-web', '--spawn', `data=${data}`, '--device', 'cpu', '--listen', `unix:${socket}`, '--no-token',
+                    ...(keeps ? ['--base-url', base] : []));
+        const port = await proxy(socket, base, keeps);
+        const beyond = await newPage();
+        await beyond.goto(`http://localhost:${port}${base}`);
+        await beyond.locator('.dataset').nth(1).click();
+        await exact(beyond);
+        assert.ok((await picture(beyond)).lit > 0.02);
+        await beyond.context().close();
+    }
 });
 await thing('a server that dies is there again, and so is the picture', async () => {
     const before = await picture(page);

@@ -15,6 +15,7 @@ import zipfile
 HERE = pathlib.Path(__file__).resolve().parents[1]
 PROTO = "protocol/mote.proto"
 _WHEEL = "Wheel-Version: 1.0\nGenerator: mote\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+_ENTRY_POINTS = "[jupyter_serverproxy_servers]\nmote = mote.jupyter:setup\n"
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -55,7 +56,8 @@ def _package():
 
 def _pack(folder, members):
     info = f"mote-{_said('version')}.dist-info"
-    members = [*members, (f"{info}/METADATA", _metadata().encode()), (f"{info}/WHEEL", _WHEEL.encode())]
+    members = [*members, (f"{info}/METADATA", _metadata().encode()), (f"{info}/WHEEL", _WHEEL.encode()),
+               (f"{info}/entry_points.txt", _ENTRY_POINTS.encode())]
     record = ""
     name = f"mote-{_said('version')}-py3-none-any.whl"
     with zipfile.ZipFile(pathlib.Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as wheel:

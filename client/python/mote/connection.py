@@ -69,6 +69,7 @@ class Connection:
         self._watching = False
         self.jobs: Dict[str, Message] = {}
         self.welcome: Optional[Message] = None
+        self.at_close: List[Callable[[], object]] = []  # what ends with the line
         # The thread's own.
         self._welcomed_at = 0.0
         self._resume = ""  # takes the session up again, once
@@ -90,6 +91,11 @@ class Connection:
             raise
 
     # ---------------------------------------------------------------------------------------- any thread
+
+    @property
+    def file(self) -> str:
+        """Of the server that it is a line to."""
+        return self._file
 
     def ask(self, message: Message, expected: str) -> Answer:
         """Sends a ClientMessage and waits for its one answer. Raises Error."""
@@ -183,6 +189,8 @@ class Connection:
         """Ends the line and its thread. What still waits gets an Error."""
         if os.getpid() != self._process:
             return
+        while self.at_close:
+            self.at_close.pop()()
         with self._changed:
             self._closing = True
         self._wake()

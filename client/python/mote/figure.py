@@ -51,15 +51,9 @@ class Figure:
         with open(path, "wb") as file:
             file.write(data)
 
-    def _repr_svg_(self) -> str:
-        return self.svg
-
-    def _repr_png_(self) -> bytes:
-        return self.png
-
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Dict[str, Any]:
-        """For notebooks: one of both is enough."""
-        return {"image/svg+xml": self.svg, "text/plain": repr(self)}
+        """For notebooks: one copy, which every converter takes."""
+        return {"image/png": self.png, "text/plain": repr(self)}
 
     def __repr__(self) -> str:
         what = self._fields.get("statistics") or [axis["column"] for axis in self._fields["histogram"]["axes"]]

@@ -14,6 +14,7 @@ from .pixels import DOCUMENT, LINEAR_HALF, SRGB8, decode_frame
 if TYPE_CHECKING:
     from .dataset import Dataset
     from .image import Image
+    from .live import Live
     from .selection import Selectable
     from .session import Session
 
@@ -192,6 +193,20 @@ class View:
         message, payload = self._session.connection.collect(request)[-1]
         frame = message.frame
         return Image(decode_frame(frame, payload), frame.points_drawn, frame.device, frame.total_ms)
+
+    def show(self, height: int = 540, *, program: Optional[str] = None, host: str = "localhost") -> Live:
+        """Shows it live: in a notebook in the cell, where it is turned by hand, with the still picture beside it.
+
+        Args:
+            height: of the cell's frame, pixels.
+            program: mote-web; default: MOTE_WEB, the one in PATH, or the source tree's.
+            host: by which name browsers reach this machine's loopback: the one in the notebook's own address.
+
+        >>> live = mote.View(ds).show(); live.camera; live.update(mote.View(ds, step=5))   # doctest: +SKIP
+        """
+        from .live import show
+
+        return show(self, height, program, host)
 
     def forget(self, request: int) -> None:
         """The picture that was asked for is not wanted any more."""

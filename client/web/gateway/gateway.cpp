@@ -21,7 +21,9 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 
 #include <fmt/format.h>
+#include <charconv>
 #include <cstdio>
+#include <deque>
 #include <functional>
 #include <list>
 #include <optional>
@@ -42,23 +44,68 @@ using Acceptor = net::basic_socket_acceptor<net::generic::stream_protocol>;
 
 /// What a connection keeps on its way to a browser that does not read, bytes, beside a piece of a message.
 constexpr int mostUnsent = 256 << 10;
-constexpr std::chrono::milliseconds acceptPause{50}, endPatience{1000}, endPause{20};
+constexpr std::chrono::milliseconds acceptPause{50}, endPatience{1000}, endPause{20}, roomPatience{20'000};
 
 using Request = boost::beast::http::request<boost::beast::http::string_body>;
 using Response = boost::beast::http::response<boost::beast::http::string_body>;
 
 /// The greatest head and body of a request, bytes.
 constexpr std::uint32_t mostHead = 16U << 10;
-constexpr std::uint64_t mostBody = 4U << 10;
+constexpr std::uint64_t mostBody = 64U << 10;
 
 /// A request that becomes a WebSocket of this role.
 struct Upgrade {
     Role role = Role::nobody;
 };
 
+/// A request for the view of a room, once it is another than that of this number.
+struct Await {
+    std::string room;
+    std::uint64_t after = 0;
+};
+
 struct Answered {
-    std::variant<Response, Upgrade> with;
+    std::variant<Response, Upgrade, Await> with;
     Role role = Role::nobody;  ///< that the request has shown
+};
+
+/// Views that notebooks and pages share, by names that cannot be guessed: the latest of each, as who wrote it
+/// sent it. Of many those go that were begun first.
+class Rooms {
+  public:
+    struct Room {
+        std::uint64_t number = 0;  ///< grows with each view
+        std::string view;
+    };
+
+    /// The number of the view in the room.
+    std::uint64_t put(const std::string& name, std::string view) {
+        if (!rooms_.contains(name)) {
+            if (order_.size() == mostRooms) {
+                rooms_.erase(order_.front());
+                order_.pop_front();
+            }
+            order_.push_back(name);
+        }
+        auto& room = rooms_[name];
+        room.view = std::move(view);
+        return ++room.number;
+    }
+    /// Nothing where there is none.
+    const Room* find(const std::string& name) const {
+        const auto found = rooms_.find(name);
+        return found == rooms_.end() ? nullptr : &found->second;
+    }
+    static bool isName(std::string_view name) {
+        return name.size() >= 16 && name.size() <= 64 &&
+               name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+    }
+
+  private:
+    static constexpr std::size_t mostRooms = 64;
+
+    std::map<std::string, Room> rooms_;
+    std::deque<std::string> order_;
 };
 
 std::string_view textOf(boost::beast::string_view text) {
@@ -69,20 +116,21 @@ std::string_view fieldOf(const Request& request, boost::beast::string_view name)
     return textOf(request[name]);
 }
 
-/// Of "PATH?a=b&token=...": the path, and the token; empty where there is none.
+/// Of "PATH?a=b&token=...": the path, and what is said behind it; empty where it is not.
 struct Target {
-    std::string_view path, token;
+    std::string_view path, token, after;
 };
 
 Target targetOf(const Request& request) {
     const auto target = textOf(request.target());
     const auto mark = target.find('?');
-    Target found{target.substr(0, mark), {}};
+    Target found{target.substr(0, mark), {}, {}};
     auto rest = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
     while (!rest.empty()) {
         const auto end = rest.find('&');
         const auto pair = rest.substr(0, end);
         if (pair.starts_with("token=")) found.token = pair.substr(6);
+        if (pair.starts_with("after=")) found.after = pair.substr(6);
         rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
     }
     return found;
@@ -141,6 +189,35 @@ Response fileResponse(const Request& request, const PageFile& file, const Access
     return response;
 }
 
+Response roomResponse(const Request& request, const Access& access, std::uint64_t number, std::string view) {
+    Response response(http::status::ok, request.version());
+    guard(response, access, fieldOf(request, "Host"));
+    response.set(http::field::content_type, "application/octet-stream");
+    response.set(http::field::cache_control, "no-store");
+    response.set("X-Number", std::to_string(number));
+    response.body() = std::move(view);
+    return response;
+}
+
+/// A view is put into a room, or waited for.
+Answered roomAnswer(const Request& request, const Access& access, Rooms& rooms, Role role,
+                    std::string_view name, std::string_view after) {
+    const auto refuse = [&](http::status status, std::string_view why) {
+        return Answered{sentence(status, why, request.version(), access), role};
+    };
+    if (!Rooms::isName(name)) return refuse(http::status::not_found, "That is no name of a room.");
+    if (request.method() == http::verb::post) {
+        if (role != Role::owner || !access.knowsOrigin(callerOf(request)))
+            return refuse(http::status::forbidden, "Only its owner's page changes a view.");
+        const auto number = rooms.put(std::string(name), request.body());
+        return {roomResponse(request, access, number, {}), role};
+    }
+    Await wait;
+    wait.room = name;
+    std::from_chars(after.data(), after.data() + after.size(), wait.after);
+    return {std::move(wait), role};
+}
+
 /// A link for another browser, as JSON.
 Response linkResponse(const Request& request, Access& access, Role role) {
     if (role != Role::owner || !access.knowsOrigin(callerOf(request)))
@@ -168,14 +245,14 @@ Answered upgradeOf(const Request& request, const Access& access, Role role) {
 }
 
 /// What a request is answered with; `tokenUsed` is called where an owner's token was used up.
-Answered answer(const Request& request, Access& access, const PageFiles& page,
+Answered answer(const Request& request, Access& access, Rooms& rooms, const PageFiles& page,
                 const std::function<void()>& tokenUsed) {
     const auto version = request.version();
     const auto caller = callerOf(request);
     if (!access.knowsHost(caller.host))
         return {sentence(http::status::forbidden, "This is not the name of this server: see --origin.",
                          version, access)};
-    const auto [path, token] = targetOf(request);
+    const auto [path, token, after] = targetOf(request);
     auto role = access.roleOf(caller);
     const auto below = access.pathBelowBase(path);
     // Whoever has a cookie keeps what it gives; the token then stays good for somebody else.
@@ -196,6 +273,8 @@ Answered answer(const Request& request, Access& access, const PageFiles& page,
     }
     if (*below == "/link" && request.method() == http::verb::post)
         return {linkResponse(request, access, role), role};
+    if (below->starts_with("/room/") && (get || request.method() == http::verb::post))
+        return roomAnswer(request, access, rooms, role, below->substr(6), after);
     if (!get && request.method() != http::verb::head)
         return {sentence(http::status::method_not_allowed, "There is GET and HEAD.", version, access), role};
     if (*below == "/ws") {
@@ -359,7 +438,7 @@ struct Gateway::Impl {
             co_await http::async_read(visit->stream, buffer, parser, into(code));
             if (code) co_return;
             const auto request = parser.release();
-            auto answered = answer(request, access, settings.page, [this] { tellLink(); });
+            auto answered = answer(request, access, rooms, settings.page, [this] { tellLink(); });
             if (!welcome(*visit, answered.role))
                 answered.with = sentence(http::status::service_unavailable,
                                          "Too many browsers are here already.", request.version(), access);
@@ -367,8 +446,39 @@ struct Gateway::Impl {
                 co_await bridge(*visit, request, std::get<Upgrade>(answered.with).role);
                 co_return;
             }
+            if (std::holds_alternative<Await>(answered.with)) {
+                const auto wait = std::get<Await>(std::move(answered.with));
+                answered.with = co_await roomChanged(request, wait);
+            }
+            if (request.method() == http::verb::post) wakeRooms();
             if (!co_await send(*visit, std::get<Response>(answered.with), request)) co_return;
         }
+    }
+
+    /// The view of a room, when it is another; after a while that it is not.
+    net::awaitable<Response> roomChanged(const Request& request, const Await& wait) {
+        net::steady_timer timer(context);
+        const auto last = std::chrono::steady_clock::now() + roomPatience;
+        while (true) {
+            const auto* const room = rooms.find(wait.room);
+            if (room != nullptr && room->number != wait.after)
+                co_return roomResponse(request, access, room->number, room->view);
+            if (ending || std::chrono::steady_clock::now() >= last) {
+                auto same = roomResponse(request, access, wait.after, {});
+                same.result(http::status::no_content);
+                co_return same;
+            }
+            error_code code;
+            timer.expires_at(last);
+            const auto place = inRooms.insert(inRooms.end(), &timer);
+            co_await timer.async_wait(into(code));
+            inRooms.erase(place);
+        }
+    }
+
+    /// Whoever waits in a room looks again.
+    void wakeRooms() {
+        for (auto* const timer : inRooms) timer->cancel();
     }
 
     net::awaitable<bool> send(Visit& visit, Response& response, const Request& request) {
@@ -438,7 +548,9 @@ struct Gateway::Impl {
     Acceptor acceptor;
     net::posix::stream_descriptor wish;
     net::steady_timer pause;
-    std::string origin;  ///< of TCP: HOST:PORT
+    Rooms rooms;
+    std::list<net::steady_timer*> inRooms;  ///< of those who wait for a view
+    std::string origin;                     ///< of TCP: HOST:PORT
     Visits visits;
     std::size_t waiting = 0, known = 0;
     bool ending = false;
@@ -469,6 +581,7 @@ void Gateway::run(int descriptor) {
         error_code ignored;
         impl.acceptor.close(ignored);
         impl.pause.cancel();
+        impl.wakeRooms();
         for (const auto& visit : impl.visits) visit->close();
     });
     net::co_spawn(

@@ -69,6 +69,8 @@ void declare(const cli::Command& app, RawOptions& raw) {
     app.option("--origin", options.access.origins,
                "A proxy's address as browsers see it, https://HOST; repeatable")
         .repeatable();
+    app.flag("--any-host", options.access.anyHost,
+             "Names of any host are taken: for a proxy whose address is not known");
     app.option("--frame-ancestor", options.access.frameAncestors,
                "Whose pages may show it in a frame besides its own, http://HOST:PORT; repeatable")
         .repeatable();
@@ -97,7 +99,7 @@ Status checkAccess(AccessSettings& access, const wire::Address& listen) {
     if (access.trusting && !local)
         return invalid("--no-token",
                        "anybody of this machine reaches a port: it goes with --listen unix:PATH alone");
-    access.anyHost = local && access.origins.empty();
+    if (local && access.origins.empty()) access.anyHost = true;
     return success();
 }
 

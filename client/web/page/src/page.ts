@@ -12,6 +12,7 @@ import {LayerPanels} from './layers';
 import type {PictureInfo} from './messages';
 import {Model} from './model';
 import {NumbersPanel} from './numbers';
+import {Room} from './room';
 import {SelectionPanel} from './selection';
 import {Server} from './server';
 import {tabs} from './tabs';
@@ -36,6 +37,7 @@ class Page {
     private readonly time = new TimeBar(place('time'), this.model);
     private last: PictureInfo | undefined;
     private begun = false;
+    private room: Room | undefined;
     private role: 'owner' | 'follower' = 'owner';
 
     constructor() {
@@ -118,7 +120,9 @@ class Page {
         if (this.model.following) this.follow();
         if (this.begun) return;
         this.begun = true;
-        await this.loadFragment();
+        const room = Room.nameOf(location.hash);
+        if (room) this.room = new Room(room, (view) => this.model.load(view).catch((error) => tell(error.message, true)));
+        else await this.loadFragment();
     }
 
     /// Shows what whoever changed their view last sees, until something is chosen here.
@@ -141,6 +145,8 @@ class Page {
 
     private shown(info: PictureInfo): void {
         this.last = info;
+        // Whoever frames the page, or measures it, hears of each picture.
+        place('stage').dispatchEvent(new CustomEvent('picture', {detail: info}));
         if (info.camera && !this.model.camera && !this.model.following) {
             this.model.camera = fromBinary(CameraSchema, info.camera);
             this.panels.draw();
@@ -155,6 +161,7 @@ class Page {
     /// A reload shows the same again.
     private async keepInAddress(): Promise<void> {
         if (this.model.following) return;
+        if (this.room) return this.room.put(this.model.whole());
         history.replaceState(null, '', `${location.pathname}#${await this.model.toFragment()}`);
     }
 
@@ -240,7 +247,10 @@ class Page {
             place(`show-${side}`).title = label;
             place(`show-${side}`).addEventListener('click', () => toggle(side));
         }
-        set('look', !narrow());
+        // In a notebook's frame the picture is what matters at first.
+        const framed = window.top !== window;
+        set('data', !framed);
+        set('look', !framed && !narrow());
     }
 
     private key(event: KeyboardEvent): void {
@@ -272,7 +282,8 @@ class Page {
 
     private async copyLink(): Promise<void> {
         await this.keepInAddress();
-        const copied = await copyText(location.href);
+        const link = new URL(`#${await this.model.toFragment()}`, location.href);
+        const copied = await copyText(link.href);
         tell(copied ? 'The link to this view is copied.' : 'The address of this page is the link to this view.');
     }
 

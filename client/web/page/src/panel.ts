@@ -37,8 +37,13 @@ export const factsOf = (field: DescField): Facts | undefined => {
     return facts;
 };
 
+/// Names of fields that are no words.
+const words: Record<string, string> = {
+    fov_y_degrees: 'angle of view', size_pixels: 'point size', color_map: 'colour map', color: 'colour', of_pixel: 'of a pixel',
+    color_bar: 'colour bar', font_points: 'font size',
+};
 const titled = (name: string) => name.replace(/_/g, ' ').replace(/^./, (first) => first.toUpperCase());
-export const labelOf = (field: DescField): string => titled(factsOf(field)?.label || field.name);
+export const labelOf = (field: DescField): string => titled(factsOf(field)?.label || words[field.name] || field.name);
 
 const valuesOf = (place: Place): Plain => (place.get() ?? {}) as Plain;
 

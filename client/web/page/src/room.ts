@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A room: a view that this page shares with a notebook, by a name that nobody guesses. What is put there by the notebook
+// is shown here, and what a hand changes here is put there once it rests.
+import {fromBinary, toBinary} from '@bufbuild/protobuf';
+import {ViewSchema, type View} from './generated/protocol/mote_pb';
+
+const pauseMs = 2000;
+
+export class Room {
+    private readonly url: URL;
+    private number = 0;
+    private last = '';
+
+    /// The name that an address's fragment gives.
+    static nameOf(fragment: string): string | undefined {
+        return /^#?room=([0-9a-f]{16,64})$/.exec(fragment)?.[1];
+    }
+
+    constructor(name: string, private readonly show: (view: View) => Promise<void>) {
+        this.url = new URL(`room/${name}`, document.baseURI);
+        void this.listen();
+    }
+
+    /// Tells the notebook what is seen.
+    async put(view: View): Promise<void> {
+        const bytes = toBinary(ViewSchema, view);
+        const text = bytes.join();
+        if (text === this.last) return;
+        this.last = text;
+        const answer = await fetch(this.url, {method: 'POST', body: bytes as BodyInit});
+        if (answer.ok) this.number = Number(answer.headers.get('X-Number'));
+    }
+
+    private async listen(): Promise<void> {
+        while (true) {
+            try {
+                const answer = await fetch(`${this.url}?after=${this.number}`);
+                if (answer.status === 403) return;
+                const number = Number(answer.headers.get('X-Number'));
+                if (answer.status === 200 && number !== this.number) await this.take(number, await answer.arrayBuffer());
+                if (!answer.ok) throw new Error(answer.statusText);
+            } catch {
+                await new Promise((done) => setTimeout(done, pauseMs));
+            }
+        }
+    }
+
+    private async take(number: number, bytes: ArrayBuffer): Promise<void> {
+        this.number = number;
+        const text = new Uint8Array(bytes).join();
+        if (text === this.last) return;
+        this.last = text;
+        await this.show(fromBinary(ViewSchema, new Uint8Array(bytes)));
+    }
+}
