@@ -108,7 +108,7 @@ void drawKeys(bool& shown, const std::vector<Command>& commands, float scale) {
     if (!shown) return;
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 2.0F}, ImGuiCond_Always, {0.5F, 0.5F});
-    ImGui::SetNextWindowSize({std::min(780.0F * scale, display.x), 0.0F});
+    ImGui::SetNextWindowSize({std::min(860.0F * scale, display.x), 0.0F});
     ImGui::SetNextWindowFocus();
     constexpr auto flags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove;
     if (ImGui::Begin("Keys and mouse (? or Esc ends)", &shown, flags)) {

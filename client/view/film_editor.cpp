@@ -36,6 +36,7 @@ Status FilmEditor::open(const std::filesystem::path& script) {
     forgetAsked();
     failed_.clear();
     restore(*model);
+    saved_ = model_.revision();
     return success();
 }
 
@@ -141,6 +142,7 @@ void FilmEditor::takePaths(const FilmActions& actions) {
             saveJson(*actions.saveScript, model_.saved(), agreed ? SameName::isReplaced : SameName::stays);
         answer(panel_.savingScript, saved);
         if (saved.ok()) message_ = "saved " + actions.saveScript->string();
+        if (saved.ok()) saved_ = model_.revision();
     }
     if (actions.saveFilmTo) saveFilm(*actions.saveFilmTo);
 }

@@ -44,6 +44,8 @@ class FilmEditor {
     const FilmModel& film() const { return model_; }
     /// Edits this one from now on.
     void restore(const FilmModel& film);
+    /// It is as in a file of the user's.
+    bool isSaved() const { return saved_ == model_.revision(); }
 
     /// Draws the bar and does what the user asks for; the view that is to be shown now, if another one is.
     std::optional<proto::View> draw(const FilmSurroundings& around);
@@ -95,6 +97,7 @@ class FilmEditor {
     FilmThumbnails thumbnails_;
     bool held_ = false;
     std::string message_;
+    std::optional<std::uint64_t> saved_;  // revision that a file has
 
     FilmDatasets catalogue_;
     bool known_ = false;  // there is a catalogue

@@ -39,7 +39,7 @@ void commandButton(PanelActions& actions, const char* command, const char* label
 }
 
 /// What is always at hand.
-void drawMenu(ViewFiles& files, PanelActions& actions, float scale) {
+void drawMenu(PanelActions& actions) {
     commandButton(actions, "Open view...", "Open...");
     ImGui::SameLine();
     commandButton(actions, "Save view...", "Save...");
@@ -51,14 +51,6 @@ void drawMenu(ViewFiles& files, PanelActions& actions, float scale) {
     commandButton(actions, "Commands", "Do...");
     ImGui::SameLine();
     commandButton(actions, "Keys", "?");
-    actions.openViewFrom = files.opening.draw(scale);
-    actions.saveViewTo = files.saving.draw(scale);
-    actions.openStyleFrom = files.openingStyle.draw(scale);
-    actions.saveStyleTo = files.savingStyle.draw(scale);
-    actions.savePictureTo = files.savingPicture.draw(scale, [&] {
-        ImGui::SetNextItemWidth(160.0F * scale);
-        ImGui::InputInt2("pixels across and down", files.pictureSize.data());
-    });
 }
 
 void drawConnection(const ServerState& server, PanelActions& actions) {
@@ -311,8 +303,7 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
 
 }  // namespace
 
-PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, ViewFiles& files, const ServerState& server,
-                       float scale) {
+PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, const ServerState& server, float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
     ImGui::SetNextWindowSize({panelWidth * scale, display.y});
@@ -320,7 +311,7 @@ PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, ViewFiles& file
     ImGui::PushItemWidth(-95.0F * scale);
     PanelActions actions;
     LayerPanel layer{server, model.step(), model.camera(1.0).eye, scale, model.background, actions};
-    drawMenu(files, actions, scale);
+    drawMenu(actions);
     drawConnection(server, actions);
     // Numbers need the room.
     const bool roomy = !(numbers.open && model.kind() == proto::Layer::kParticles);

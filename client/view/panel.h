@@ -7,7 +7,6 @@
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
-#include "client/view/view_files.h"
 #include "client/view/view_model.h"
 
 namespace mote::client {
@@ -15,7 +14,6 @@ namespace mote::client {
 inline constexpr float panelWidth = 340.0F;  ///< screen coordinates at a content scale of 1
 
 /// Draws the panel at the right edge of the window, whose content scale is `scale`.
-PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, ViewFiles& files, const ServerState& server,
-                       float scale);
+PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, const ServerState& server, float scale);
 
 }  // namespace mote::client

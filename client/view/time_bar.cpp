@@ -64,11 +64,6 @@ void TimeBar::drawTrack(ViewModel& model, const std::vector<double>& times, floa
     const auto shown = std::min(static_cast<int>(model.step()), steps - 1);
     draw.AddRectFilled({across(shown) - 0.4F * edge, origin.y},
                        {across(shown) + 0.4F * edge, origin.y + height}, IM_COL32(90, 160, 255, 255), 3.0F);
-    std::string said = fmt::format("step {} of 0 to {}", shown, steps - 1);
-    if (times.size() == static_cast<std::size_t>(steps))
-        said += fmt::format("   t = {:.6g} s", times[static_cast<std::size_t>(shown)]);
-    draw.AddText({origin.x + 1.5F * edge, origin.y + 0.2F * height}, IM_COL32(235, 240, 250, 190),
-                 said.c_str());
     if (!ImGui::IsItemActive()) return;
     int nearest = 0;
     const float mouse = ImGui::GetIO().MousePos.x;
@@ -85,7 +80,9 @@ void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<doubl
     ImGui::SetNextWindowPos({place.left, place.top});
     ImGui::SetNextWindowSize({place.width, height(place.scale)});
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {8.0F * place.scale, 6.0F * place.scale});
-    ImGui::Begin("time", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    ImGui::Begin("time", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
     ImGui::PopStyleVar();
     const auto button = [&](const char* label, const char* command) {
         if (ImGui::Button(label)) actions.command = command;
@@ -97,6 +94,12 @@ void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<doubl
     button(playback.playing ? "Pause" : "Play", "Play or pause");
     button(">##time", "Next step");
     button(">|##time", "Last step");
+    const auto shown = static_cast<std::size_t>(model.step());
+    std::string said = fmt::format("step {} of {}", shown, model.steps() - 1);
+    if (shown < times.size()) said += fmt::format(", t = {:.5g} s", times[shown]);
+    ImGui::AlignTextToFramePadding();
+    text(said);
+    ImGui::SameLine(300.0F * place.scale);
     const float rest = 330.0F * place.scale;
     drawTrack(model, times, std::max(ImGui::GetContentRegionAvail().x - rest, 40.0F), actions);
     ImGui::SameLine();

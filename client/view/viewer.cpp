@@ -238,12 +238,16 @@ void Viewer::say(const std::string& message) {
     notes_.add({message});
 }
 
+const proto::Catalogue::Entry* Viewer::findEntry(const std::string& dataset) const {
+    const auto& known = server_.catalogue.datasets();
+    const auto found = std::ranges::find_if(known, [&](const auto& each) { return each.name() == dataset; });
+    return found != known.end() ? &*found : nullptr;
+}
+
 /// What the server has is shown, though it has not all; what is missing is said.
 void Viewer::leaveOutMissing(proto::View& view) const {
     const auto isMissing = [this](const proto::Layer& layer) {
-        const auto& known = server_.catalogue.datasets();
-        return std::ranges::none_of(known,
-                                    [&](const auto& entry) { return entry.name() == layer.dataset(); });
+        return findEntry(layer.dataset()) == nullptr;
     };
     auto& layers = *view.mutable_layers();
     if (std::ranges::all_of(layers, isMissing)) return;
@@ -253,7 +257,9 @@ void Viewer::leaveOutMissing(proto::View& view) const {
 }
 
 void Viewer::sendView(const Area& area) {
-    if (!server_.shown && (model_.hasDataset() || !model_.isLoaded()))
+    const bool missing =
+        interactive_ && !server_.catalogue.datasets().empty() && findEntry(model_.dataset()) == nullptr;
+    if (!server_.shown && !missing && (model_.hasDataset() || !model_.isLoaded()))
         return;  // nothing to show before the first dataset is known
     const bool resized = area.columns != sentColumns_ || area.rows != sentRows_;
     const bool released = sentMoving_ && !moving_;
@@ -364,7 +370,7 @@ int Viewer::run() {
         takeInput(area);
         play();
         learnDatasets();
-        if (panelShown_) apply(drawPanel(model_, numbers_, files_, server_, window_.contentScale()));
+        if (panelShown_) apply(drawPanel(model_, numbers_, server_, window_.contentScale()));
         drawTime(area);
         editFilm(area);
         editNumbers(area);

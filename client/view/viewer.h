@@ -75,6 +75,8 @@ class Viewer {
     void addOlderJobs();
     void learnDatasets();
     void describeShown();
+    /// Null: the server has none of this name.
+    const proto::Catalogue::Entry* findEntry(const std::string& dataset) const;
     void leaveOutMissing(proto::View& view) const;
     void sendView(const Area& area);
     void takePicture();
@@ -131,6 +133,7 @@ class Viewer {
     void showPicture(const Area& area) const;
     void drawOver(const Area& area);
     std::vector<Note> whatIsWrong();
+    void drawPrompts();
     void drawClosing();
     void play();
     void drawTime(const Area& area);

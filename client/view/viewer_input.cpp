@@ -238,7 +238,6 @@ void Viewer::apply(const PanelActions& actions) {
     if (actions.viewChanged) film_.stop();
     dirty_ |= actions.viewChanged;
     moving_ |= actions.editing;
-    takePaths(actions);
     if (actions.command != nullptr) run(actions.command);
     if (actions.openDataset) openDataset(*actions.openDataset);
     if (actions.addDataset) addDataset(*actions.addDataset);
@@ -429,6 +428,7 @@ void Viewer::goSteps(std::int64_t steps) {
 
 void Viewer::lookAtDesk() {
     desk_.look(model_, film_.film(), gesture_);
+    if (film_.isSaved()) desk_.filmSaved();
 }
 
 void Viewer::restore(const std::optional<DeskState>& state, const char* where) {
@@ -518,16 +518,6 @@ void Viewer::drawClosing() {
     if (save) run("Save view...");
 }
 
-namespace {
-
-const proto::Catalogue::Entry* findEntry(const proto::Catalogue& catalogue, const std::string& name) {
-    const auto found =
-        std::ranges::find_if(catalogue.datasets(), [&](const auto& each) { return each.name() == name; });
-    return found != catalogue.datasets().end() ? &*found : nullptr;
-}
-
-}  // namespace
-
 /// What keeps the view from being shown, and what can be done.
 std::vector<Note> Viewer::whatIsWrong() {
     std::vector<Note> wrong;
@@ -539,7 +529,7 @@ std::vector<Note> Viewer::whatIsWrong() {
     for (int i = 0; i < model_.layers().size(); ++i) {
         const auto& layer = model_.layers().Get(i);
         if (layer.dataset().empty()) continue;
-        const auto* entry = findEntry(server_.catalogue, layer.dataset());
+        const auto* entry = findEntry(layer.dataset());
         if (entry == nullptr) {
             Note note{fmt::format("There is no dataset {} on this server.", layer.dataset())};
             note.ways.emplace_back("Remove its layer", [this, i] {
@@ -577,7 +567,23 @@ void Viewer::drawOver(const Area& area) {
         ++gesture_;
         command->run();
     }
+    drawPrompts();
     drawClosing();
+}
+
+/// Within no other window: what a prompt keeps from the mouse is all the others.
+void Viewer::drawPrompts() {
+    const float scale = window_.contentScale();
+    PanelActions actions;
+    actions.openViewFrom = files_.opening.draw(scale);
+    actions.saveViewTo = files_.saving.draw(scale);
+    actions.openStyleFrom = files_.openingStyle.draw(scale);
+    actions.saveStyleTo = files_.savingStyle.draw(scale);
+    actions.savePictureTo = files_.savingPicture.draw(scale, [&] {
+        ImGui::SetNextItemWidth(160.0F * scale);
+        ImGui::InputInt2("pixels across and down", files_.pictureSize.data());
+    });
+    takePaths(actions);
 }
 
 }  // namespace mote::client

@@ -238,11 +238,12 @@ class Desk(unittest.TestCase):
         viewer.gone("there is no step 99")
 
     def test_13_a_dataset_that_is_not_there_is_a_row_that_can_be_removed(self):
-        path = self.saved("lost.json", {"layers": [{"dataset": "data/beam", "particles": {}},
-                                                   {"dataset": "data/gone", "mesh": {}}]})
+        path = self.saved("lost.json", {"layers": [{"dataset": "data/gone", "mesh": {}},
+                                                   {"dataset": "data/beam", "particles": {}}]})
         viewer = self.viewer("--view", path)
         viewer.see("There is no dataset data/gone", within=(0, 0, PANEL, 720))
         viewer.see("data/gone (missing)", within=(PANEL, 0, 1280, 720))
+        viewer.until(lambda: warm(viewer.picture()[:, :PANEL]).sum() > 2000, "the beam meanwhile")
         viewer.press("Remove its layer", within=(0, 0, PANEL, 720))
         viewer.shows(lambda view: view and [layer["dataset"] for layer in view["layers"]] == ["data/beam"])
         viewer.until(lambda: warm(viewer.picture()[:, :PANEL]).sum() > 2000, "the beam")
@@ -558,7 +559,7 @@ class Desk(unittest.TestCase):
 
     def test_45_a_click_on_the_time_bar_goes_there(self):
         viewer = self.beam()
-        viewer.click(595, 705)
+        viewer.click(598, 705)
         viewer.shows(lambda view: view and view["layers"][0].get("step") == 5)
         viewer.key("Home")
         viewer.shows(lambda view: view["layers"][0].get("step", 0) == 0)
@@ -578,8 +579,8 @@ class Desk(unittest.TestCase):
     def test_47_steps_are_played_backwards_without_a_loop(self):
         viewer = self.beam()
         viewer.key("End")
-        viewer.press("back", within=(600, 690, PANEL, 720))
         viewer.press("loop", within=(600, 690, PANEL, 720))
+        viewer.press("back", within=(600, 690, PANEL, 720))
         viewer.key("space")
         viewer.gone("Pause")
         viewer.shows(lambda view: view and view["layers"][0].get("step", 0) == 0)
@@ -598,9 +599,12 @@ class Desk(unittest.TestCase):
 
     def test_49_a_knots_numbers_are_typed(self):
         viewer = self.beam()
+        viewer.press("Layers")  # folded, the rest is to be seen
         x, y = viewer.see("Points: fraction over log density")
         viewer.click(1104, y + 60)
-        x, y = viewer.see("fraction", within=(1100, y + 20, 1280, 720), nth=0)
+        viewer.move(400, 650)
+        viewer.gone("fraction", within=(1100, y + 20, 1280, y + 100))  # at the pointer
+        x, y = viewer.see("fraction", within=(1100, y + 100, 1280, 720))
         viewer.click(x - 60, y)
         viewer.key("ctrl+a")
         viewer.type("0.125")
@@ -707,8 +711,8 @@ class Desk(unittest.TestCase):
         viewer.display.key("Control_L", True)
         viewer.click(470, 280)
         viewer.display.key("Control_L", False)
-        viewer.wheel(1100, 500, -60)
-        viewer.see("Stop picking (P)" if viewer.where("Stop picking (P)") else "Pick (P)")
+        viewer.press("Statistics")  # folded, the rest is to be seen
+        viewer.see("Pick (P)")
         viewer.see("id", within=(PANEL, 300, 1280, 720))
 
     def test_58_the_histogram_comes_and_goes(self):

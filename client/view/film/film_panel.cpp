@@ -68,7 +68,9 @@ FilmActions FilmPanel::draw(FilmModel& model, FilmPreview& preview, const FilmSt
     FilmActions actions;
     ImGui::SetNextWindowPos({left, top});
     ImGui::SetNextWindowSize({width, height(scale)});
-    ImGui::Begin("film", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    ImGui::Begin("film", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
     drawKeyframeControls(model, state, actions, scale);
     drawPreview(model, preview, state, actions, scale);
     const auto touch = strip_.draw(model, thumbnails, stripHeight * scale, scale);
@@ -77,8 +79,8 @@ FilmActions FilmPanel::draw(FilmModel& model, FilmPreview& preview, const FilmSt
     actions.editing |= strip_.held();
     drawFilmControls(model, actions, scale);
     drawFiles(model, state, actions, scale);
-    drawPrompts(actions, scale);
     ImGui::End();
+    drawPrompts(actions, scale);
     return actions;
 }
 

@@ -105,7 +105,7 @@ void PanelHand::describe(const proto::Manifest& manifest) {
 
 void PanelHand::draw(ViewModel& model) {
     ImGui::NewFrame();
-    const auto actions = drawPanel(model, numbers_, files_, server_, 1.0F);
+    const auto actions = drawPanel(model, numbers_, server_, 1.0F);
     PanelActions more;
     const auto* manifest = server_.shown ? &server_.shown->manifest() : nullptr;
     numbers_.drawOver(model, manifest, {width - panelWidth, height, 1260, 1400}, 1.0F, more, false);

@@ -33,7 +33,6 @@ class PanelHand {
 
   private:
     NumbersEditor numbers_;
-    ViewFiles files_;
     ServerState server_;
 };
 
