@@ -15,7 +15,7 @@ import sys
 FOLDERS = ("protocol", "storage", "preprocess", "server", "client", "tests")
 HEADERS = {".h"}
 SOURCES = {".h", ".cpp"}
-LICENSED = SOURCES | {".proto", ".glsl", ".comp", ".vert", ".frag", ".py", ".sh"}
+LICENSED = SOURCES | {".proto", ".glsl", ".comp", ".vert", ".frag", ".py", ".sh", ".ts", ".mjs"}
 LICENCE = "SPDX-License-Identifier: GPL-3.0-or-later"
 MOST_LINES = 800
 # The one schema, and tables that nobody reads from top to bottom.

@@ -5,6 +5,7 @@
 import {execFileSync, spawn} from 'node:child_process';
 import crypto from 'node:crypto';
 import fs from 'node:fs';
+import net from 'node:net';
 import os from 'node:os';
 import path from 'node:path';
 import {pathToFileURL} from 'node:url';
@@ -25,6 +26,10 @@ export const {chromium} = await import(pathToFileURL(path.join(packages, 'playwr
 export const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'mote-page-'));
 const atEnd = [() => fs.rmSync(folder, {recursive: true, force: true})];
 export const later = (work) => atEnd.unshift(work);
+process.on('SIGTERM', async () => {
+    await tidy();
+    process.exit(143);
+});
 export async function tidy() {
     for (const work of atEnd) await work();
 }
@@ -50,6 +55,35 @@ export function start(begin, name, ...words) {
         });
         child.once('exit', (code) => reject(new Error(`${name} ended with ${code}: ${errors}`)));
     });
+}
+
+/// A line of so many bytes a second that takes so long each way, ms, before the gateway: its port.
+export function thinLine(port, rate, delay) {
+    const server = net.createServer((near) => {
+        const far = net.connect(port, '127.0.0.1');
+        const carry = (from, to) => {
+            let free = 0;
+            let held = 0;
+            from.on('data', (bytes) => {
+                const now = performance.now();
+                free = Math.max(free, now) + bytes.length / rate * 1000;
+                held += bytes.length;
+                // A short queue, as of a router: then it is not read from any more.
+                if (held > rate * 0.05) from.pause();
+                setTimeout(() => {
+                    held -= bytes.length;
+                    from.resume();
+                }, free - now);
+                setTimeout(() => to.write(bytes), free - now + delay);
+            });
+            from.on('close', () => setTimeout(() => to.destroy(), delay));
+            from.on('error', () => to.destroy());
+        };
+        carry(near, far);
+        carry(far, near);
+    });
+    later(() => server.close());
+    return new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(server.address().port)));
 }
 
 /// A beam of 100000 particles and 3 steps, a ball as a volume, a box as a mesh.

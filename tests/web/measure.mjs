@@ -2,42 +2,12 @@
 //
 // Prints what docs/WEB.md says of the page's speed; no test. DATASET is ROOT/NAME below DATA.
 //   node measure.mjs BIN PACKAGES DATA DATASET [SECONDS]
-import net from 'node:net';
-import {browserPath, chromium, exact, later, start, tidy} from './browser.mjs';
+import {browserPath, chromium, exact, later, start, thinLine, tidy} from './browser.mjs';
 
 const [data, dataset, seconds = '8'] = process.argv.slice(4);
 const [link, , lines] = await start('ready ', 'mote-web', '--spawn', `data=${data}`);
 const browser = await chromium.launch({executablePath: browserPath, args: ['--no-sandbox', '--disable-gpu']});
 later(() => browser.close());
-
-/// A line of so many bytes a second that takes so long each way, ms, before the gateway: its port.
-function thinLine(port, rate, delay) {
-    const server = net.createServer((near) => {
-        const far = net.connect(port, '127.0.0.1');
-        const carry = (from, to) => {
-            let free = 0;
-            let held = 0;
-            from.on('data', (bytes) => {
-                const now = performance.now();
-                free = Math.max(free, now) + bytes.length / rate * 1000;
-                held += bytes.length;
-                // A short queue, as of a router: then it is not read from any more.
-                if (held > rate * 0.05) from.pause();
-                setTimeout(() => {
-                    held -= bytes.length;
-                    from.resume();
-                }, free - now);
-                setTimeout(() => to.write(bytes), free - now + delay);
-            });
-            from.on('close', () => setTimeout(() => to.destroy(), delay));
-            from.on('error', () => to.destroy());
-        };
-        carry(near, far);
-        carry(far, near);
-    });
-    later(() => server.close());
-    return new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(server.address().port)));
-}
 
 const quantile = (values, part) => values.sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(part * values.length))];
 

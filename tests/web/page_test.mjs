@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
-import {bin, browserPath, chromium, exact, folder, later, makeData, packages, picture, program, run, start, tidy} from './browser.mjs';
+import {bin, browserPath, chromium, exact, folder, later, makeData, packages, picture, program, run, start, thinLine, tidy} from './browser.mjs';
 
 const data = makeData();
 const [link, web, lines] = await start('ready ', 'mote-web', '--spawn', `data=${data}`, '--device', 'cpu');
@@ -103,7 +103,12 @@ await thing('a link opens the list of datasets', async () => {
     await page.waitForSelector('.dataset');
     assert.deepEqual(await page.locator('.dataset .name').allTextContents(), ['ball', 'beam', 'box']);
 });
-await thing('the token is not kept in the address', async () => assert.ok(!page.url().includes('token')));
+await thing('the token is not kept in the address', async () => {
+    assert.ok(!page.url().includes('token'));
+    const place = path.join(bin, '..', 'share', 'mote', 'web');
+    const packed = fs.readdirSync(place).filter((name) => name.endsWith('.br')).reduce((sum, name) => sum + fs.statSync(path.join(place, name)).size, 0);
+    assert.ok(packed > 10_000 && packed < 120_000, `the page has ${packed} bytes`);
+});
 await thing('datasets have small pictures', async () => {
     await page.waitForFunction(() => [...document.querySelectorAll('.thumbnail')].every((canvas) =>
         canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((value, i) => i % 4 < 3 && value > 40)));
@@ -366,6 +371,8 @@ await thing('a reload shows the same again', async () => {
     assert.equal((await picture(page)).hash, before.hash);
 });
 await thing('a view that was saved is opened', async () => {
+    // The file is read later than we look.
+    await page.evaluate(() => { document.getElementById('stage').dataset.final = 'false'; });
     await page.getByLabel('Open a view').setInputFiles(path.join(folder, 'view.json'));
     await exact(page);
     assert.equal((await picture(page)).hash, first.hash);
@@ -464,6 +471,35 @@ await thing('a proxy keeps the path, and one strips it', async () => {
         assert.ok((await picture(beyond)).lit > 0.02);
         await beyond.context().close();
     }
+});
+await thing('over a thin line pictures in motion come as H.264, and look like what they show', async () => {
+    const thin = new URL(lines().filter((line) => line.startsWith('link ')).pop().slice(5));
+    thin.port = await thinLine(Number(thin.port), 2e6 / 8, 20);
+    const far = await newPage();
+    await far.goto(thin.href);
+    await far.locator('li[data-name="data/beam"] .dataset').click();
+    await exact(far);
+    const streamed = await far.evaluate(() => new Promise((resolve, reject) => {
+        const place = document.getElementById('stage');
+        const began = performance.now();
+        const shown = (event) => {
+            if (event.detail.encoding === 'h264') resolve({width: event.detail.width, height: event.detail.height});
+            else if (performance.now() - began > 15000) reject(new Error('no picture came as H.264'));
+            else place.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft'}));
+        };
+        place.addEventListener('picture', shown);
+        place.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft'}));
+    }));
+    const moving = await picture(far);
+    await exact(far);
+    const still = await picture(far);
+    assert.deepEqual([moving.width, moving.height], [streamed.width, streamed.height]);
+    // The mean of all pixels is kept by a codec, and by a lesser size.
+    for (const channel of [0, 1, 2]) {
+        const mean = (of) => of.pixels.reduce((sum, value, i) => i % 4 === channel ? sum + value : sum, 0) * 4 / of.pixels.length;
+        assert.ok(Math.abs(mean(moving) - mean(still)) < 4, `channel ${channel}: ${mean(moving)} and ${mean(still)}`);
+    }
+    await far.context().close();
 });
 await thing('a server that dies is there again, and so is the picture', async () => {
     const before = await picture(page);
