@@ -19,8 +19,8 @@ NAMES = r"-[-\w]+(?:,-[-\w]+)*|[A-Z]+|[a-z]+"
 ENTRY = re.compile(rf"^ +(?P<names>{NAMES})(?P<value>(?: \S.*?)?)(?:  +(?P<text>\S.*))?$")
 DESCRIPTION_COLUMN = 28
 CHOICES = re.compile(r"\{([^}]*)\}")
-# What CLI11 adds to a value: limits, sizes, what else is needed.
-CHECKS = re.compile(r":(INT|UINT|SIZE|FLOAT|\{).*")
+# What is told of a value: limits, and which there are.
+CHECKS = re.compile(r" [({].*")
 
 
 class Entry:

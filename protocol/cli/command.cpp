@@ -1,13 +1,59 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/cli/command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
+#include <iostream>
+#include <string_view>
 
 namespace mote::cli {
 namespace {
 
 constexpr int wrongUsage = 2;
+
+/// Begins what is told of a value that is checked, behind the name of its type: names may have colons.
+constexpr const char* checkMark = "\x1f";
+
+/// Values by the words of people: "--threads N (1 to 1024)".
+class PlainFormatter : public CLI::Formatter {
+  public:
+    std::string make_option_opts(const CLI::Option* option) const override {
+        if (option->get_type_size() == 0) return CLI::Formatter::make_option_opts(option);
+        std::string text = CLI::Formatter::make_option_opts(option);
+        for (const auto* const type : {" UINT", " INT", " FLOAT"}) {
+            if (text.rfind(type, 0) == 0) text.replace(0, std::string_view(type).size(), " N");
+        }
+        const std::string type = option->get_type_name(), mark = std::string(":") + checkMark;
+        const auto begin = type.find(mark), at = text.find(mark);
+        if (begin == std::string::npos || at == std::string::npos) return text;
+        const std::string checks = type.substr(begin + mark.size());
+        return text.replace(at, type.size() - begin, checks[0] == '{' ? " " + checks : " (" + checks + ")");
+    }
+};
+
+/// What is wrong with a command line, as people say it.
+std::string sentenceOf(const CLI::ParseError& error) {
+    constexpr std::string_view convert = "Could not convert: ", missing = " missing", required = " required ";
+    const std::string text = error.what();
+    if (text.rfind(convert, 0) == 0) {
+        const auto equals = text.find(" = ");
+        const auto name = text.substr(convert.size(), equals - convert.size());
+        return fmt::format("{}: \"{}\" is not a value that it takes", name,
+                           text.substr(std::min(equals + 3, text.size())));
+    }
+    const auto at = text.find(required);
+    const auto colon = text.find(':');
+    if (at != std::string::npos && colon < at && text.ends_with(missing)) {
+        const auto type = text.substr(at + required.size());
+        return fmt::format(
+            "{} needs a value: {}", text.substr(0, colon),
+            type.substr(0, std::min(type.find(std::string(":") + checkMark), type.size() - missing.size())));
+    }
+    return text;
+}
 
 }  // namespace
 
@@ -32,27 +78,31 @@ Option Option::showDefault(const std::string& text) const {
 }
 
 Option Option::range(int least, int greatest) const {
-    option_->check(CLI::Range(least, greatest));
+    option_->check(
+        CLI::Range(least, greatest).description(fmt::format("{}{} to {}", checkMark, least, greatest)));
     return *this;
 }
 
 Option Option::range(double least, double greatest) const {
-    option_->check(CLI::Range(least, greatest));
+    option_->check(
+        CLI::Range(least, greatest).description(fmt::format("{}{} to {}", checkMark, least, greatest)));
     return *this;
 }
 
 Option Option::oneOf(const std::vector<std::string>& values) const {
-    option_->check(CLI::IsMember(values));
+    option_->check(
+        CLI::IsMember(values).description(fmt::format("{}{{{}}}", checkMark, fmt::join(values, ","))));
     return *this;
 }
 
 Option Option::size(std::uint64_t least, std::uint64_t greatest) const {
-    option_->transform(CLI::AsSizeValue(false))->check(CLI::Range(least, greatest));
+    option_->transform(CLI::AsSizeValue(false).description(""))
+        ->check(CLI::Range(least, greatest).description(""));
     return *this;
 }
 
 Option Option::folder() const {
-    option_->check(CLI::ExistingDirectory);
+    option_->check(CLI::Validator(CLI::ExistingDirectory).description(""));
     return *this;
 }
 
@@ -124,9 +174,15 @@ std::size_t Command::count(const std::string& name) const {
     return app_->count(name);
 }
 
-Program::Program(const std::string& description, const std::string& name, const std::string& version)
+Program::Program(const std::string& description, const std::string& name)
     : app_(std::make_unique<CLI::App>(description, name)) {
-    if (!version.empty()) app_->set_version_flag("--version", version);
+    app_->formatter(std::make_shared<PlainFormatter>());
+    app_->set_version_flag("--version", name + " " MOTE_VERSION);
+    app_->failure_message([](const CLI::App* app, const CLI::Error& error) {
+        const auto* const parsing = dynamic_cast<const CLI::ParseError*>(&error);
+        return fmt::format("{}: {}\nRun with --help for more information.\n", app->get_name(),
+                           parsing != nullptr ? sentenceOf(*parsing) : error.what());
+    });
 }
 
 Program::~Program() = default;

@@ -88,8 +88,8 @@ class Command {
 /// The whole command line.
 class Program {
   public:
-    /// `version` is what --version prints; without it there is no such option.
-    Program(const std::string& description, const std::string& name, const std::string& version = {});
+    /// --version prints the name and the version of Mote.
+    Program(const std::string& description, const std::string& name);
     ~Program();
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;

@@ -6,7 +6,10 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -231,25 +234,162 @@ std::string jsonPath(std::string_view path) {
     return result;
 }
 
+/// What protobuf calls types, and what people do.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> jsonTypes{
+    {{"TYPE_UINT32", "a whole number from 0 on"},
+     {"TYPE_UINT64", "a whole number from 0 on"},
+     {"TYPE_FIXED64", "a whole number from 0 on"},
+     {"TYPE_INT32", "a whole number"},
+     {"TYPE_INT64", "a whole number"},
+     {"TYPE_SINT64", "a whole number"},
+     {"TYPE_DOUBLE", "a number"},
+     {"TYPE_FLOAT", "a number"},
+     {"TYPE_BOOL", "true or false"},
+     {"TYPE_STRING", "a text in quotes"},
+     {"TYPE_BYTES", "a text in quotes"},
+     {"TYPE_ENUM", "one of its words"}}};
+
+/// "invalid value X for type T", as people say it.
+std::string wrongValue(std::string_view text) {
+    constexpr std::string_view begin = "invalid value ", middle = " for type ", set = "Cannot set '";
+    if (const auto at = text.find(set); at != std::string_view::npos) {
+        const auto name = text.substr(at + set.size());
+        return fmt::format("it has another kind already, and cannot be \"{}\" too",
+                           name.substr(0, name.find('\'')));
+    }
+    const auto at = text.rfind(middle);
+    if (!text.starts_with(begin) || at == std::string_view::npos) return std::string(text);
+    const auto value = text.substr(begin.size(), at - begin.size()), type = text.substr(at + middle.size());
+    const auto* const found =
+        std::find_if(jsonTypes.begin(), jsonTypes.end(), [&](const auto& one) { return one.first == type; });
+    return fmt::format("{} is not {}", value,
+                       found != jsonTypes.end() ? found->second : "a group in braces {}");
+}
+
 /// Protobuf says "(views[0]) widht: Cannot find field." and "(views[0].width): invalid value ..."; people
 /// look for "views[0].widht" and "views[0].width".
 std::string withPath(std::string_view text) {
+    constexpr std::string_view unknown = ": Cannot find field.";
     const auto end = text.find(')');
-    if (text.empty() || text.front() != '(' || end == std::string_view::npos) return std::string(text);
-    const std::string path = jsonPath(text.substr(1, end - 1));
-    const auto rest = text.substr(end + 1);
-    return rest.starts_with(' ') ? fmt::format("{}.{}", path, rest.substr(1))
-                                 : fmt::format("{}{}", path, rest);
+    const bool placed = text.starts_with('(') && end != std::string_view::npos;
+    std::string path = placed ? jsonPath(text.substr(1, end - 1)) : std::string();
+    std::string_view rest = placed ? text.substr(end + 1) : text;
+    if (placed && rest.starts_with(' ')) {
+        path += '.';
+        rest.remove_prefix(1);
+    }
+    if (rest.ends_with(unknown))
+        return fmt::format("{}{}: there is no such field", path,
+                           rest.substr(0, rest.size() - unknown.size()));
+    const auto colon = rest.find(": ");
+    if (colon == std::string_view::npos) return path + std::string(rest);
+    return fmt::format("{}{}: {}", path, rest.substr(0, colon), wrongValue(rest.substr(colon + 2)));
 }
+
+/// Finds where a text is no JSON, and what is missing there.
+class JsonFault {
+  public:
+    explicit JsonFault(std::string_view text) : text_(text) {}
+
+    /// A sentence; or nothing: each piece stands where it may.
+    std::optional<std::string> find() {
+        std::string_view wanted = value;
+        while (skipBlank(), at_ < text_.size() || !(wanted.empty() && open_.empty())) {
+            if (wanted.empty() && open_.empty()) return told("nothing more may stand");
+            if (at_ >= text_.size()) return told(wanted.empty() ? closing() : wanted);
+            const char c = text_[at_];
+            if (wanted.empty() ? !after(c, wanted) : !piece(c, wanted))
+                return told(wanted.empty() ? closing() : wanted);
+        }
+        return std::nullopt;
+    }
+
+  private:
+    static constexpr std::string_view value = "a value is missing", name = "a name in quotes is missing",
+                                      colon = "a colon is missing", mark = "a text begins that does not end";
+
+    /// Behind a value.
+    bool after(char c, std::string_view& wanted) {
+        if (c == ',') {
+            wanted = open_.back() == '{' ? name : value;
+        } else if (c == (open_.back() == '{' ? '}' : ']')) {
+            open_.pop_back();
+        } else {
+            return false;
+        }
+        ++at_;
+        return true;
+    }
+    bool piece(char c, std::string_view& wanted) {
+        if (!open_.empty() && c == (open_.back() == '{' ? '}' : ']') && wanted != colon) {
+            if (wanted == value && open_.back() == '{') return false;
+            open_.pop_back();
+            wanted = {};
+        } else if (wanted == colon) {
+            if (c != ':') return false;
+            wanted = value;
+        } else if (c == '"' || c == '\'') {
+            if (!pass(c, wanted)) return false;
+            wanted = wanted == name ? colon : std::string_view();
+            return true;
+        } else if (wanted == value && (c == '{' || c == '[')) {
+            open_ += c;
+            wanted = c == '{' ? name : value;
+        } else {
+            return pass(wanted);
+        }
+        ++at_;
+        return true;
+    }
+    /// A text in quotes.
+    bool pass(char quote, std::string_view& wanted) {
+        const auto begin = at_;
+        for (++at_; at_ < text_.size() && text_[at_] != quote; ++at_) at_ += text_[at_] == '\\' ? 1 : 0;
+        if (at_ >= text_.size()) {
+            at_ = begin;
+            wanted = mark;
+            return false;
+        }
+        ++at_;
+        return true;
+    }
+    /// A number, a word, or a name without quotes.
+    bool pass(std::string_view& wanted) {
+        const auto end = std::min(text_.find_first_of(" \t\r\n,:{}[]\"'", at_), text_.size());
+        const auto word = text_.substr(at_, end - at_);
+        const bool number = word.find_first_not_of("+-.0123456789eE") == std::string_view::npos;
+        const bool known = number || word == "true" || word == "false" || word == "null";
+        if (word.empty() || (wanted == value && !known)) return false;
+        at_ = end;
+        wanted = wanted == name ? colon : std::string_view();
+        return true;
+    }
+    void skipBlank() { at_ = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size()); }
+    std::string_view closing() const {
+        return open_.back() == '{' ? "a comma or } is missing" : "a comma or ] is missing";
+    }
+    std::string told(std::string_view missing) const {
+        const auto before = text_.substr(0, at_);
+        const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+        const auto begin = before.rfind('\n') + 1;  // npos + 1 is 0
+        return fmt::format("line {}, column {}: {} here", line, at_ - begin + 1, missing);
+    }
+
+    std::string_view text_;
+    std::size_t at_ = 0;
+    std::string open_;  // braces and brackets
+};
 
 }  // namespace
 
 Status parseJson(std::string_view text, google::protobuf::Message& message, std::string_view source) {
     const auto status =
         json::JsonStringToMessage({text.data(), text.size()}, &message, json::JsonParseOptions{});
-    if (!status.ok())
+    if (!status.ok()) {
+        const auto fault = JsonFault(text).find();
         return Error{ErrorCode::invalidArgument, std::string(source),
-                     withPath({status.message().data(), status.message().size()})};
+                     fault ? *fault : withPath({status.message().data(), status.message().size()})};
+    }
     MOTE_RETURN_IF_ERROR(tellEmptyLists(text, message), source);
     return success();
 }

@@ -189,7 +189,7 @@ int reportCheck(const ServerSettings& settings) {
 
 std::variant<ServerSettings, int> parseOptions(int argc, const char* const* argv) {
     const cli::Program program("Renders particle datasets where they lie and shows them to clients.",
-                               "mote-server", MOTE_VERSION);
+                               "mote-server");
     const auto app = program.command();
     Words words;
     addOptions(app, words);

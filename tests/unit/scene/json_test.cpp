@@ -64,6 +64,35 @@ TEST(Json, BrokenTextIsAnError) {
     }
 }
 
+std::string complaintAbout(const char* text) {
+    proto::Script script;
+    const auto status = parseJson(text, script, "script.json");
+    return status.ok() ? std::string() : status.error().message;
+}
+
+TEST(Json, WhereTextIsBrokenIsTold) {
+    EXPECT_EQ(complaintAbout("{\n \"views\": [\n  {\"width\": 3 \"height\": 4}]}\n"),
+              "line 3, column 15: a comma or } is missing here");
+    EXPECT_EQ(complaintAbout("{\"views\": [}"), "line 1, column 12: a value is missing here");
+    EXPECT_EQ(complaintAbout(""), "line 1, column 1: a value is missing here");
+    EXPECT_EQ(complaintAbout("no json"), "line 1, column 1: a value is missing here");
+    EXPECT_EQ(complaintAbout("{\"views\" 3}"), "line 1, column 10: a colon is missing here");
+    EXPECT_EQ(complaintAbout("{\"fps\": 3"), "line 1, column 10: a comma or } is missing here");
+    EXPECT_EQ(complaintAbout("{\"fps\": 3} 4"), "line 1, column 12: nothing more may stand here");
+    EXPECT_EQ(complaintAbout("{\"fps\": \"3}"), "line 1, column 9: a text begins that does not end here");
+}
+
+TEST(Json, WhatAFieldTakesIsToldInPlainWords) {
+    EXPECT_EQ(complaintAbout(R"({"views": [{"width": "wide"}]})"),
+              "views[0].width: \"wide\" is not a whole number from 0 on");
+    EXPECT_EQ(complaintAbout(R"({"views": [{"layers": [{"dataset": 5}]}]})"),
+              "views[0].layers[0].dataset: 5 is not a text in quotes");
+    EXPECT_EQ(complaintAbout(R"({"views": 3})"), "views: 3 is not a group in braces {}");
+    EXPECT_EQ(complaintAbout(R"({"views": [{"layers": [{"mesh": {}, "ink": {}}]}]})"),
+              "views[0].layers[0]: it has another kind already, and cannot be \"ink\" too");
+    EXPECT_EQ(complaintAbout(R"({"views": [{"widht": 3}]})"), "views[0].widht: there is no such field");
+}
+
 TEST(Json, DeepNestingIsAnErrorAndNoCrash) {
     proto::Script script;
     EXPECT_FALSE(parseJson(std::string(1000000, '['), script, "s").ok());
