@@ -56,24 +56,29 @@ void declare(const cli::Command& app, RawOptions& raw) {
     auto& options = raw.options;
     const auto server = app.group("server", "Which server is shown (exactly one of these)");
     server.option("--connect", raw.connect, "Connection file of a running server").valueName("FILE");
-    server
-        .option("--spawn", options.spawn.roots, "Start a private server with this root, NAME=DIR; repeatable")
-        .repeatable();
+    server.option("--spawn", options.spawn.roots, "Start a private server with this root; repeatable")
+        .repeatable()
+        .valueName("NAME=DIR");
     server.requireOneOption();
-    app.option("--device", raw.device, "Of the private server: auto, cpu or egl");
+    app.option("--device", raw.device, "Of the private server: auto, cpu or egl").valueName("NAME");
     app.option("--threads", options.spawn.threads, "Of the private server; 0: all cores");
     app.option("--listen", raw.listen,
                "Where browsers or a proxy connect: HOST:PORT (port 0: any), or unix:PATH")
-        .showDefault();
-    app.option("--base-url", options.access.basePath, "Where a proxy shows it, from / to /").showDefault();
+        .showDefault()
+        .valueName("PLACE");
+    app.option("--base-url", options.access.basePath, "Where a proxy shows it, from / to /")
+        .showDefault()
+        .valueName("PATH");
     app.option("--origin", options.access.origins,
                "A proxy's address as browsers see it, https://HOST; repeatable")
-        .repeatable();
+        .repeatable()
+        .valueName("URL");
     app.flag("--any-host", options.access.anyHost,
              "Names of any host are taken: for a proxy whose address is not known");
     app.option("--frame-ancestor", options.access.frameAncestors,
                "Whose pages may show it in a frame besides its own, http://HOST:PORT; repeatable")
-        .repeatable();
+        .repeatable()
+        .valueName("URL");
     app.flag("--read-only", options.access.readOnly, "For looking only: no jobs, no films");
     app.flag("--no-token", options.access.trusting,
              "Of --listen unix: the proxy before it asks who they are; whoever reaches the socket comes in");

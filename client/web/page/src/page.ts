@@ -189,6 +189,9 @@ class Page {
     private showFollowing(): void {
         const {following} = this.model;
         const chip = place('following');
+        const state = `${this.role}, ${following}`;
+        if (chip.dataset.state === state) return;
+        chip.dataset.state = state;
         chip.hidden = this.role === 'owner';
         document.body.classList.toggle('following', following);
         chip.replaceChildren(following ? 'Following' : 'On your own', h('button', {type: 'button', class: 'button', onclick: () =>
