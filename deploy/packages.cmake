@@ -1,10 +1,10 @@
-# Packages for Debian, made by cpack in the build's folder: mote-client, mote-server and mote-prep. What they need of
+# Packages for Debian, made by cpack in the build's folder: mote-client, mote-server, mote-prep and python3-mote. What they need of
 # other packages, dpkg-shlibdeps finds in the programs; deploy/check-packages installs them where nothing else is.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mote)
 set(CPACK_PACKAGE_CONTACT "The Mote developers")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Remote visualization of particle runs")
-set(CPACK_COMPONENTS_ALL client server prep)
+set(CPACK_COMPONENTS_ALL client server prep python)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 # Not a prefix of their own while they are packed: the unit names the folder of the programs.
 set(CPACK_SET_DESTDIR ON)
@@ -16,7 +16,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEBUGINFO_PACKAGE OFF)
 
 set(CPACK_COMPONENT_CLIENT_DESCRIPTION
-  "Mote's clients\n The viewer mote-view, mote-frames for scripts and films, mote-stats for numbers.")
+  "Mote's clients\n The viewer mote-view, mote-frames for scripts and films, mote-stats for numbers; mote connects to other machines.")
 set(CPACK_COMPONENT_SERVER_DESCRIPTION
   "Mote's server\n Renders particle datasets where they lie and shows them to clients; runs jobs that make datasets.")
 set(CPACK_COMPONENT_PREP_DESCRIPTION
@@ -26,4 +26,14 @@ set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS "mote-prep (= ${PROJECT_VERSION})")
 # What draws on a GPU is loaded where it is there.
 set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "mote-client (= ${PROJECT_VERSION}), libegl1, libopengl0")
 set(CPACK_DEBIAN_PREP_PACKAGE_SUGGESTS "openmpi-bin")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "python3, openssh-client")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+  "Mote in Python\n Pictures, numbers and jobs of a server, for scripts and notebooks.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-mote)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "python3, python3-numpy, python3-pil, python3-protobuf, python3-zstandard")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "mote-server (= ${PROJECT_VERSION})")
 include(CPack)

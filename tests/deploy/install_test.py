@@ -14,7 +14,7 @@ import unittest
 
 BUILD = pathlib.Path(sys.argv.pop(1))
 PREFIX = "/usr/local"
-PROGRAMS = ("mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
+PROGRAMS = ("mote", "mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
 
 
 class Install(unittest.TestCase):
@@ -51,6 +51,7 @@ class Install(unittest.TestCase):
             self.assertTrue(self.at(f"share/man/man1/{name}.1").is_file(), name)
             self.assertTrue(self.at(f"share/bash-completion/completions/{name}").is_file(), name)
         for name in ("share/man/man1/mote-prep-volume.1", "share/doc/mote/README.md", "share/doc/mote/LICENSE",
+                     "share/man/man1/mote-connect.1", "lib/python3/dist-packages/mote/mote.desc",
                      "share/doc/mote/docs/FORMAT.md", "share/doc/mote/examples/mote-server.toml"):
             self.assertTrue(self.at(name).is_file(), name)
 

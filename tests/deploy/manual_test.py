@@ -13,7 +13,7 @@ import unittest
 
 BIN = pathlib.Path(sys.argv.pop(2))
 MANUAL = pathlib.Path(sys.argv.pop(1))
-PROGRAMS = ("mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
+PROGRAMS = ("mote", "mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
 OPTION = re.compile(r"^ +(?:-\w,)?(--[a-z-]+)", re.MULTILINE)
 FOOTER = re.compile(r"\n(Examples?:|Pictures are|Mouse:)")
 
@@ -56,7 +56,7 @@ class Manual(unittest.TestCase):
 
     def test_words_are_completed_where_they_stand(self):
         self.assertEqual(completed("mote-prep", "st"), ["stipple"])
-        self.assertEqual(completed("mote-prep", "synth", ""), ["beam"])
+        self.assertEqual(completed("mote-prep", "synth", ""), ["beam", "phantom", "coil"])
         self.assertEqual(completed("mote-prep", "particles", "--format", "impact"), ["impactz", "impactt"])
         self.assertEqual(completed("mote-prep", "particles", "--axes", str(MANUAL / "mad")), [str(MANUAL / "made")])
         self.assertEqual(completed("mote-view", "--screen"), ["--screenshot"])

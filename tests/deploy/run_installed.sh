@@ -37,6 +37,10 @@ test -s numbers.json
 mote-stats data/beam --connect connection.json --export beam.h5
 test -s beam.h5
 grep '"job"' server.log | grep -q 'ended: succeeded'
+# The package for Python, by the server that is installed.
+python3 -c 'import mote; s = mote.spawn(data="data"); mote.View(s["data/beam"], size=(320, 200)).render().save("beam.png")'
+test -s beam.png
+mote prep --version
 # mote-view has no screen here; that its libraries are there is what can be seen.
 mote-view --help >/dev/null
 kill -TERM "$pid"

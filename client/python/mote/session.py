@@ -236,7 +236,7 @@ def connect(file: Union[str, os.PathLike[str]], *, background: bool = False) -> 
 
 
 def spawn(roots: Optional[Mapping[str, Any]] = None, *, program: Optional[Union[str, os.PathLike[str]]] = None,
-          device: str = "cpu", memory: Optional[str] = None, threads: Optional[int] = None, **more: Any) -> Session:
+          device: str = "auto", memory: Optional[str] = None, threads: Optional[int] = None, **more: Any) -> Session:
     """A session with a server of its own, which ends with it.
 
     Args:

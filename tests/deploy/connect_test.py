@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""mote connect, over a real sshd on this machine: it gets there, runs what it is to run, and leaves nothing.
+
+    connect_test.py BIN
+
+Exits with 77 where there is no sshd.
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from loopback_ssh import LoopbackSsh, missing
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "python"))
+
+from real_server import RealServer  # noqa: E402
+
+BIN = pathlib.Path(sys.argv.pop(1))
+
+
+class Connect(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory(prefix="mote-", dir="/tmp")
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+        self.home, self.here = self.folder / "home", self.folder / "here"
+        self.home.mkdir()
+        self.here.mkdir(mode=0o700)
+        self.ssh = LoopbackSsh(self.folder / "ssh", self.home)
+        self.server = RealServer(BIN / "mote-server", self.home)
+        self.addCleanup(self.server.close)
+
+    def connect(self, *words):
+        environment = {**os.environ, "MOTE_SSH": self.ssh.command(), "XDG_RUNTIME_DIR": str(self.here)}
+        return subprocess.run([BIN / "mote", "connect", "node", *words], env=environment, capture_output=True, text=True,
+                              timeout=60, check=False)
+
+    def test_runs_a_command_on_the_server_there(self):
+        for _ in range(2):  # also on the second day
+            said = self.connect("--file", "connection.json", "--", "mote-stats", "data/beam")
+            self.assertIn('there is no dataset "data/beam"', said.stderr)
+            self.assertEqual(said.returncode, 1)
+            self.assertEqual(list(self.here.iterdir()), [])
+
+    def test_other_commands_are_told_of_the_file(self):
+        said = self.connect("--file", "connection.json", "--", "sh", "-c",
+                            'stat -c %a "$MOTE_CONNECTION"; cat "$MOTE_CONNECTION"; exit 7')
+        self.assertEqual(said.returncode, 7, said.stderr)
+        mode, text = said.stdout.split("\n", 1)
+        self.assertEqual(mode, "600")
+        content = json.loads(text)
+        self.assertEqual(content["token"], self.server.content["token"])
+        self.assertTrue(content["address"].startswith(f"unix:{self.here}/"), content["address"])
+
+    def test_where_there_is_no_server_it_says_so(self):
+        said = self.connect()
+        self.assertEqual(said.returncode, 1)
+        self.assertIn("node: there is no .mote/connection.json and no .local/state/mote/connection.json", said.stderr)
+        (self.home / "other.json").write_text("{}", encoding="ascii")
+        said = self.connect("--file", "other.json")
+        self.assertIn("what lies there is no connection file", said.stderr)
+        self.assertEqual(list(self.here.iterdir()), [])
+
+    def test_words_that_ssh_would_take_for_options_are_none(self):
+        said = subprocess.run([BIN / "mote", "connect", "--", "-oProxyCommand=true"], capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(said.returncode, 2)
+
+
+if __name__ == "__main__":
+    if missing():
+        print(f"not tested: {', '.join(missing())} is not installed (Debian: openssh-server, openssh-client)")
+        sys.exit(77)
+    unittest.main()
