@@ -80,6 +80,10 @@ PointHits::PointHits(const render::Scene& scene, const Options& options)
         }
         if (scene.view.layers[layer].mesh() != nullptr)
             meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
+        if (showsSight(scene.view.layers[layer])) {
+            sights_.emplace_back(scene.view, scene.view.layers[layer], *scene.hybrids[layer],
+                                 options.samplesPerCell);
+        }
         if (scene.view.layers[layer].ink() != nullptr) addInk(scene, layer);
     }
     for (const auto& one : options.strokes) strokes_.emplace_back(scene.view, *one);
@@ -323,6 +327,7 @@ RowHits PointHits::row(std::uint32_t row) const {
         });
     }
     for (const auto& mesh : meshes_) mesh.addRow(row, result.hits_);
+    for (const auto& sight : sights_) sight.addRow(row, result.hits_);
     for (const auto& ink : inks_) {
         for (const auto& fragment : ink.fragments) {
             if (fragment.row != row) continue;

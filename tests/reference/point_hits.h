@@ -17,6 +17,7 @@
 #include "tests/reference/hit.h"
 #include "tests/reference/mesh_hits.h"
 #include "tests/reference/reference_renderer.h"
+#include "tests/reference/sight_hits.h"
 #include "tests/reference/stroke_hits.h"
 
 namespace mote::reference {
@@ -91,6 +92,7 @@ class PointHits {
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;
+    std::vector<SightHits> sights_;
     std::deque<render::InkDrawing> inks_;  // of the scene's layers
     std::deque<render::Strokes> paths_;    // likewise
     std::vector<StrokeHits> strokes_;

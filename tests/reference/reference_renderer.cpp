@@ -53,7 +53,7 @@ class Renderer {
             if (!(layer.opacity > 0.0)) continue;
             if (const ParticlesStyle* const style = layer.particles())
                 fields_.push_back(std::make_unique<VolumeField>(volumeOf(scene, i, *style)));
-            else if (layer.hybrid() != nullptr)
+            else if (layer.hybrid() != nullptr && !showsSight(layer))
                 fields_.push_back(std::make_unique<HybridField>(*scene.hybrids[i], layer, view_.camera));
             else
                 continue;

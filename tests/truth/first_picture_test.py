@@ -222,6 +222,47 @@ class FirstPicture(unittest.TestCase):
         self.assertLess(matter, 0.5, "matter stands out")
         self.assertLess((tone < 0.7 * matter).mean(), 1e-4, "dots that are darker than matter")
 
+    def test_a_film_begins_where_its_view_is_fitted(self):
+        self.particles("off", numpy.random.default_rng(8).normal(size=(3000, 3)) * [1, 0.1, 0.1])
+        view = {"width": 120, "height": 90, "layers": [{"dataset": "d/off", "particles": {}}]}
+        moved = {**view, "layers": [{**view["layers"][0], "opacity": 0.5}]}
+        for name, script in (("keyframes", {"fps": 2, "keyframes": [{"seconds": 0, "view": view},
+                                                                    {"seconds": 1, "view": moved}]}),
+                             ("moves", {"fps": 2, "view": view, "moves": [{"turn": {"degrees": 90}, "seconds": 1}]})):
+            (self.desk.path / "film.json").write_text(json.dumps(script), encoding="utf-8")
+            self.desk.run(BIN / "mote-frames", self.desk.path / "film.json", "--spawn", f"d={self.desk.path}",
+                          "--device", "cpu", "--quiet", "--out", self.desk.path / name)
+            first = numpy.asarray(Image.open(self.desk.path / name / "frame-000000.png").convert("RGB")) / 255.0
+            self.assertTrue((first == self.desk.draw(view["layers"], size=(120, 90))).all(), name)
+
+    def test_every_kind_is_cut_where_its_clip_says(self):
+        random = numpy.random.default_rng(9)
+        self.particles("cloud", random.uniform(-1, 1, size=(100000, 3)))
+        corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        faces = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+        triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+        (self.desk.path / "box.obj").write_text(mesh_text(corners, triangles), encoding="utf-8")
+        self.desk.prepare("box", "mesh", self.desk.path / "box.obj")
+        self.desk.prepare("dots", "stipple", self.desk.path / "box.obj", "--points", 20000, "--seed", 1)
+        (self.desk.path / "solid.raw").write_bytes(numpy.full((40, 40, 40), 200, "u1").tobytes())
+        self.desk.prepare("solid", "volume", self.desk.path / "solid.raw", "--dimensions", 40, 40, 40, "--spacing", 0.05,
+                          0.05, 0.05, "--origin", -0.975, -0.975, -0.975)
+        curve = [{"value": 0, "opacity": 0.5}]
+        camera = {"eye": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 3}
+        clip = {"planes": [{"normal": [2, 0, 0], "distance": 0.5}], "box": {"min": [-2, -0.5, -2], "max": [2, 2, 2]}}
+        for dataset, kind, style in (("cloud", "particles", {}), ("box", "mesh", {}),
+                                     ("box", "ink", {}), ("dots", "stipple", {}), ("solid", "hybrid", {"curve": curve})):
+            layer = {"dataset": f"d/{dataset}", kind: style}
+            whole = lit(self.desk.draw([layer], size=(300, 300), camera=camera))
+            left = lit(self.desk.draw([{**layer, "clip": clip}], size=(300, 300), camera=camera))
+            rows, columns = numpy.nonzero(left)
+            # A hundred pixels are a unit; a line is a pixel or two wide, and ink wavers about its outline.
+            self.assertGreater(columns.min(), 175 - 4, f"{dataset} {kind}")
+            self.assertLess(rows.max(), 200 + 4, f"{dataset} {kind}")
+            self.assertLess(columns.min(), 185, f"{dataset} {kind}")
+            self.assertGreater(rows.max(), 190, f"{dataset} {kind}")
+            self.assertLess(numpy.nonzero(whole)[1].min(), 70, f"{dataset} {kind}")
+
     def assert_has_its_tones(self, picture, name):
         Image.fromarray(picture).save(self.desk.path / f"{name}.png")
         self.desk.prepare(name, "image", self.desk.path / f"{name}.png")

@@ -87,6 +87,7 @@ void moveStyle(proto::HybridStyle& style, const render::GridField& step, double 
         written.set_opacity(knot.y);
         ++i;
     }
+    if (style.has_isovalue()) style.set_isovalue(style.isovalue() + way * knotShift * range);
     const double shift = way * cutShift * glm::length(step.bounds().size());
     moveClips(*style.mutable_clip_planes(), style.has_clip_box() ? style.mutable_clip_box() : nullptr, shift);
 }

@@ -170,6 +170,9 @@ proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data) {
     // By numbers of its own: all else stays as it would be.
     Random own(style.ByteSizeLong(), 7);
     if (own.chance(0.2)) style.set_silhouettes(anyShare(own));
+    if (own.chance(0.2)) setWord(own, style, style.kShowsFieldNumber);
+    if (!style.shows().empty() && own.chance(0.7))
+        style.set_isovalue(own.between(data.range.low, data.range.high));
     return style;
 }
 

@@ -14,6 +14,7 @@
 #include "protocol/scene/curve_presets.h"
 #include "protocol/scene/srgb.h"
 #include "server/render/layers/hybrid/field_light.h"
+#include "server/render/layers/hybrid/field_sight.h"
 #include "server/render/plan/field_plan.h"
 #include "storage/hybrid/normal_table.h"
 
@@ -186,6 +187,10 @@ void addShown(const GridField& field, const TransferFunction& transfer, HybridRe
 
 void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,
                  const std::shared_ptr<const GridField>& field, Lowering& out) {
+    if (style.shows != HybridShows::matter) {
+        out.last.emplace_back([&layer, style, field, &out] { lowerSight(layer, style, field, out); });
+        return;
+    }
     const glm::dmat4 worldToEye = out.plan.camera.worldToEye();
     const glm::dmat4 layerToEye = worldToEye * layer.transform;
     const glm::dmat4 boxToEye = layerToEye * field->boxToLayer;

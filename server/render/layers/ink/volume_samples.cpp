@@ -3,9 +3,9 @@
 
 namespace mote::render {
 
-VolumeSamples::VolumeSamples(const GridField& field)
+VolumeSamples::VolumeSamples(const GridField& field, bool corrected)
     : field_(field),
-      bricks_(field.bricks.get()),
+      bricks_(corrected ? field.bricks.get() : nullptr),
       cells_(bricks_ != nullptr ? bricks_->size : field.coarse.size),
       last_(cells_ - 1.0),
       coarse_(glm::dvec3(field.coarse.size) / cells_),

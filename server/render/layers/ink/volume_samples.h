@@ -18,7 +18,8 @@ namespace mote::render {
 
 class VolumeSamples {
   public:
-    explicit VolumeSamples(const GridField& field);
+    /// `corrected`: whether its bricks are, where there are some.
+    explicit VolumeSamples(const GridField& field, bool corrected = true);
 
     /// Of the finest grid, along each axis. Places are told in its cells from the box's corner.
     const glm::dvec3& cells() const { return cells_; }

@@ -18,10 +18,6 @@ constexpr double opaque = 5e-5;
 
 /// Fragments of a layer, and meetings of a pixel, at most: 2 GB and 48 MB.
 constexpr std::size_t mostFragments = std::size_t{1} << 26, mostMeetings = std::size_t{1} << 20;
-/// Places in a pixel from its centre at which a surface is seen at rest (docs/PICTURE.md), in sixteenths of
-/// it; in motion it is seen at its centre.
-constexpr std::array<std::array<int, 2>, PixelFragments::mostSamples> places{
-    {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}}};
 
 /// The fragments of part of a row, one thread's.
 class Band {
@@ -48,7 +44,7 @@ class Band {
         for (std::uint32_t i = 0; i < MeshRays::packet; ++i) {
             inLayer_[i] = {};
             if (i >= count * samples_) continue;
-            const auto [x, y] = samples_ == 1 ? std::array{0, 0} : places[i % samples_];
+            const auto [x, y] = samples_ == 1 ? std::array{0, 0} : PixelFragments::places[i % samples_];
             const std::uint32_t pixel = column + i / samples_;
             rays_[i] = sight_.through(pixel + 0.5 + x / 16.0, row + 0.5 + y / 16.0);
             inLayer_[i] = rays_[i].inLayer;

@@ -20,6 +20,10 @@ namespace mote::render {
 class PixelFragments {
   public:
     static constexpr std::uint32_t mostSamples = 8;
+    /// Where a pixel is looked through at rest (docs/PICTURE.md), from its centre, in sixteenths of it; in motion
+    /// it is looked through at its centre.
+    static constexpr std::array<std::array<int, 2>, mostSamples> places{
+        {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}}};
 
     struct Hit {
         double depth;

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FieldSight: a hybrid volume of which the surface of one value is shown, or the greatest value behind each
+// pixel (docs/PICTURE.md, "Hybrid volumes", "Shows"): rays through the pixels make its fragments where they
+// are drawn. Holds its field; immutable, any number of threads.
+#pragma once
+
+#include <glm/mat4x4.hpp>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "protocol/scene/view.h"
+#include "server/render/layers/hybrid/field_light.h"
+#include "server/render/layers/ink/volume_samples.h"
+#include "server/render/layers/lowering.h"
+#include "server/render/layers/mesh/lower_mesh.h"
+#include "server/render/plan/field_blocks.h"
+
+namespace mote::render {
+
+class FieldSight {
+  public:
+    FieldSight(const Layer& layer, const HybridStyle& style, std::shared_ptr<const GridField> field,
+               const Lowering& out);
+
+    /// Appends the fragments of a row of pixels.
+    void addRow(std::uint32_t row, Fragments& fragments) const;
+
+  private:
+    /// A ray between two depths, by the depth; `entered`: the side of what stays through which it comes in,
+    /// none where it begins in it.
+    struct Way {
+        glm::dvec3 origin{0.0}, direction{0.0};  // cells
+        double enter = 0.0, leave = -1.0;
+        const HalfSpace* entered = nullptr;
+    };
+    /// A block of cells on a way, and the depth at which that leaves it.
+    struct Block {
+        std::size_t index = 0;
+        double end = 0.0;
+    };
+    /// A depth, and the code there.
+    struct Found {
+        double depth = 0.0;
+        float code = -1.0F;
+    };
+
+    Way wayThrough(double x, double y) const;
+    float codeAt(const Way& way, double depth) const;
+    Block blockAt(const Way& way, double depth) const;
+    bool mayExceed(const Block& block, float code) const;
+    double stepIn(const Block& block, const Way& way) const;  ///< in depth
+    double next(const Way& way, const Block& block, double depth) const;
+    /// The first place of a code, or the greatest code there is.
+    std::optional<Found> first(const Way& way) const;
+    Found greatest(const Way& way) const;
+    /// Of the surface, with its light.
+    glm::dvec3 colorAt(const Way& way, double depth) const;
+    void addSurface(std::uint32_t column, std::uint32_t row, PixelFragments& pixel) const;
+    void addGreatest(std::uint32_t column, std::uint32_t row, Fragments& fragments) const;
+
+    std::shared_ptr<const GridField> field_;
+    VolumeSamples samples_;
+    BlockRanges ranges_;
+    TransferFunction transfer_;
+    bool surface_;
+    float isoCode_;
+    glm::dvec3 color_;  // of the surface, linear RGB
+    FieldLight light_;
+    double opacity_, gap_;      // of the layer; of fragments, in depth
+    double step_, coarseStep_;  // of rays, cells; where the coarse grid shows
+    bool exact_, perspective_;
+    double nearest_;
+    glm::dvec2 size_;  // of the picture, pixels
+    double pixels_;    // a unit of the window
+    glm::dmat4 eyeToCells_;
+    glm::dmat3 slopeToNormal_;  // slopes of codes in cells to eye space, towards what is less
+    HalfSpaces sides_;          // in cells: of the box, and clips
+};
+
+/// Adds what a layer shows to `out`.
+void lowerSight(const Layer& layer, const HybridStyle& style, const std::shared_ptr<const GridField>& field,
+                Lowering& out);
+
+}  // namespace mote::render
