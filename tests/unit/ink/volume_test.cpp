@@ -224,6 +224,24 @@ TEST(VolumeModalities, OfNothingArePaper) {
     }
 }
 
+TEST(InkTransfer, ShowsASurfaceWithoutHazeUnlessACurveIsGiven) {
+    const auto volume = test::ball(24, 0.7);
+    for (const bool density : {true, false}) {
+        auto style = test::usualInk();
+        const auto transfer = inkTransfer(style, *volume.field, density);
+        int haze = 0, solid = 0;
+        for (int i = 0; i <= 1000; ++i) {
+            const double opacity = transfer.opacity(i / 1000.0);
+            haze += opacity > 0.0 && opacity < 0.95 ? 1 : 0;
+            solid += opacity >= 0.95 ? 1 : 0;
+        }
+        EXPECT_LE(haze, 30) << density;
+        EXPECT_GT(solid, 100) << density;
+        style.opacity = Curve::create({{0.1, 0.0}, {0.9, 0.4}}).value();
+        EXPECT_EQ(inkTransfer(style, *volume.field, density).opacity, *style.opacity);
+    }
+}
+
 /// Grids of one sample a side, sheets, and boxes without an inverse.
 TEST(VolumeModalities, HaveSomethingToSayOfAnyField) {
     test::Random random(5);

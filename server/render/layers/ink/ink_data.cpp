@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/ink_data.h"
 
+#include <cmath>
+#include <cstddef>
+
 #include "protocol/scene/mote_check.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
 
@@ -12,9 +15,24 @@ std::shared_ptr<const T> held(const std::vector<std::shared_ptr<const T>>& layer
     return index < layers.size() ? layers[index] : nullptr;
 }
 
+/// A surface where a curve begins to count, and no haze before it.
+Curve steep(const Curve& curve) {
+    constexpr double counts = 0.25, solid = 0.97;  // of the greatest opacity; opacity
+    constexpr double ramp = 0.01;                  // of the way between a curve's ends, on both sides
+    const auto& knots = curve.knots();
+    const double level = counts * curve.maximum(), half = ramp * (knots.back().x - knots.front().x);
+    for (std::size_t i = 1; i < knots.size(); ++i) {
+        const auto &from = knots[i - 1], &to = knots[i];
+        if (!(from.y < level && to.y >= level)) continue;
+        const double at = std::lerp(from.x, to.x, (level - from.y) / (to.y - from.y));
+        return Curve::create({{at - half, 0.0}, {at + half, solid}}, -Curve::largest, Curve::largest).value();
+    }
+    return curve;
+}
+
 TransferFunction densityTransfer(const InkStyle& style) {
     auto particles = parseParticlesStyle({}).value();
-    if (style.opacity) particles.volumeOpacity = *style.opacity;
+    particles.volumeOpacity = style.opacity ? *style.opacity : steep(particles.volumeOpacity);
     return particles.transfer();
 }
 
@@ -33,7 +51,7 @@ InkData inkDataOf(const Scene& scene, std::size_t index) {
 TransferFunction inkTransfer(const InkStyle& style, const GridField& field, bool density) {
     if (density) return densityTransfer(style);
     auto hybrid = hybridStyleOf(parseHybridStyle({}).value());
-    hybrid.opacity = style.opacity;
+    hybrid.opacity = style.opacity ? *style.opacity : steep(defaultOpacity(field));
     return transferOf(hybrid, field);
 }
 
