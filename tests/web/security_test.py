@@ -335,7 +335,8 @@ class Harm(WebCase):
         self.assertEqual(web.ask("/page.js", Cookie=cookie).status, 200)
         self.assertTrue(web.opens(cookie))
         self.assertLess(web.descriptors(), 400)
-        self.assertLess(web.memory() - before, 32 << 10)
+        # A sanitizer keeps what was freed.
+        self.assertLess(web.memory() - before, (256 if "/asan/" in str(BIN) or "/tsan/" in str(BIN) else 32) << 10)
 
     def test_one_that_reads_nothing(self):
         web = self.web()
@@ -370,7 +371,7 @@ class Harm(WebCase):
         layer.particles.SetInParent()
         other.send(frame(message))
         wait_for(other, "frame")
-        self.assertLess(web.memory() - before, 8 << 10)
+        self.assertLess(web.memory() - before, (64 if "/asan/" in str(BIN) or "/tsan/" in str(BIN) else 8) << 10)
 
     def test_sigterm_ends_it_with_sockets_open(self):
         web = self.web()
