@@ -193,7 +193,9 @@ class Server::Impl {
         datasets_->rescan();
         queries_ = std::make_unique<QueryService>(*datasets_, datasets_->budget(), queryMemory(*memory),
                                                   queryThreads(processors(settings_)));
-        render_ = std::make_unique<RenderService>(device_, *datasets_, settings_.render);
+        auto render = settings_.render;
+        render.memory = std::make_shared<PictureMemory>(pictureMemory(settings_.memory), datasets_->budget());
+        render_ = std::make_unique<RenderService>(device_, *datasets_, std::move(render));
         MOTE_ASSIGN_OR_RETURN(const auto name, render_->start());
         fillContext(name);
         if (settings_.stopOnSignals) stopOnSignals();

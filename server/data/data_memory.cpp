@@ -11,18 +11,24 @@ namespace {
 
 constexpr std::uint64_t mib = std::uint64_t{1} << 20;
 constexpr std::uint64_t program = 384 * mib;    // itself, and pictures of a few clients
+constexpr std::uint64_t itself = 64 * mib;      // with small pictures, threads and what libraries keep
 constexpr std::uint64_t leastData = 128 * mib;  // the octree of some 10^7 particles
 /// Plans and the device's own form of leaves and volumes grow with the data.
 constexpr std::uint64_t ownShare = 4;
 
+std::uint64_t ofMachine() {
+    const auto pages = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PHYS_PAGES)));
+    return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
 }  // namespace
 
+std::uint64_t pictureMemory(std::uint64_t memory) {
+    return std::max(program, (memory == 0 ? ofMachine() : memory) / ownShare) - itself;
+}
+
 Result<std::uint64_t> dataMemory(std::uint64_t memory) {
-    if (memory == 0) {
-        const auto pages = static_cast<std::uint64_t>(std::max(0L, ::sysconf(_SC_PHYS_PAGES)));
-        const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-        return std::max(leastData, pages * page / 2);
-    }
+    if (memory == 0) return std::max(leastData, ofMachine() / 2);
     if (memory >= program + leastData) return memory - std::max(program, memory / ownShare);
     return Error{ErrorCode::invalidArgument, "",
                  fmt::format("{} MiB are not enough: the server needs {} MiB for itself and {} MiB for data, "

@@ -17,6 +17,8 @@ namespace mote::server {
 /// form of what it draws, and pictures under way. 0, which is no limit: half of the machine's memory.
 /// Errors: invalidArgument, which says what is needed at least.
 Result<std::uint64_t> dataMemory(std::uint64_t memory);
+/// Of that rest, bytes that pictures under way may take at least (picture_memory.h).
+std::uint64_t pictureMemory(std::uint64_t memory);
 
 /// Returns the steps of a file system that all ranks see, beneath roots of the same names; the latest stay
 /// open. `memory`: bytes of the steps that were opened. One thread.

@@ -67,7 +67,7 @@ class DatasetService final : public StepSource, public RunSource {
     void beginPicture() override { budget_->beginGeneration(); }
     /// Those that were asked for last are kept open. Its own budget of blocks is that of pictures.
     Result<std::shared_ptr<const storage::RunSteps>> run(const std::string& dataset) override;
-    std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
+    std::shared_ptr<storage::BlockBudget> budget() const { return budget_; }
 
   private:
     /// What a scan found; immutable.

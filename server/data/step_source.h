@@ -58,8 +58,6 @@ class StepSource {
         static_cast<void>(need);
         return false;
     }
-    /// What pictures that wait are counted to; null: nobody counts.
-    virtual std::shared_ptr<storage::BlockBudget> budget() const { return nullptr; }
     /// Before a picture's first step: what the one before it held may leave memory.
     virtual void beginPicture() {}
 };

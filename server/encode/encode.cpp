@@ -25,6 +25,8 @@ struct FreeJpeg {
 constexpr std::size_t sampledRun = 8;       // rows
 constexpr std::size_t sampledPeriod = 128;  // from one run to the next
 
+constexpr std::size_t stripBytes = std::size_t{4} << 20;  // of rows that are filtered together
+
 }  // namespace
 
 Error outOfMemory() {
@@ -89,15 +91,42 @@ Result<std::size_t> LosslessEncoder::pack(std::size_t filteredSize) {
 Result<std::vector<std::uint8_t>> LosslessEncoder::encode(const render::Picture& picture) {
     checkPicture(picture);
     try {
-        const proto::PixelFormat format = wireFormat(picture.format);
-        const std::size_t size =
-            std::size_t{picture.width} * picture.height * wire::filteredPixelSize(format);
-        wire::filterRows(format, picture.width, picture.pixels, {filtered_.take(size), size});
-        MOTE_ASSIGN_OR_RETURN(const auto packed, pack(size));
-        return std::vector<std::uint8_t>(packed_.bytes.get(), packed_.bytes.get() + packed);
+        MOTE_RETURN_IF_ERROR(prepare());
+        return packRows(picture);
     } catch (const std::bad_alloc&) {
         return outOfMemory();
     }
+}
+
+/// Some rows at a time: beside a large picture there is no room for another one of what it becomes.
+Result<std::vector<std::uint8_t>> LosslessEncoder::packRows(const render::Picture& picture) {
+    const proto::PixelFormat format = wireFormat(picture.format);
+    const std::size_t row = std::size_t{picture.width} * wire::filteredPixelSize(format);
+    const std::size_t rowBytes = std::size_t{picture.width} * render::bytesPerPixel(picture.format);
+    const std::size_t rows = std::clamp<std::size_t>(stripBytes / row, 1, picture.height);
+    std::vector<std::uint8_t> packed;
+    // Memory that is not written to costs nothing; a list that grows is there twice.
+    if (row * picture.height > stripBytes) packed.reserve(ZSTD_compressBound(row * picture.height));
+    ZSTD_CCtx_reset(context_.get(), ZSTD_reset_session_only);
+    ZSTD_CCtx_setPledgedSrcSize(context_.get(), row * picture.height);
+    std::size_t written = 0;
+    for (std::size_t y = 0; y < picture.height; y += rows) {
+        const std::size_t count = std::min(rows, picture.height - y);
+        ZSTD_inBuffer strip{filtered_.take(rows * row), count * row, 0};
+        wire::filterRows(format, picture.width,
+                         std::span(picture.pixels).subspan(y * rowBytes, count * rowBytes),
+                         {filtered_.bytes.get(), count * row});
+        const bool last = y + count == picture.height;
+        for (std::size_t left = 1; last ? left > 0 : strip.pos < strip.size;) {
+            packed.resize(std::max(packed.size(), written + ZSTD_CStreamOutSize()));
+            ZSTD_outBuffer out{packed.data(), packed.size(), written};
+            left = ZSTD_compressStream2(context_.get(), &out, &strip, last ? ZSTD_e_end : ZSTD_e_continue);
+            if (ZSTD_isError(left)) return Error{ErrorCode::internal, "frame", ZSTD_getErrorName(left)};
+            written = out.pos;
+        }
+    }
+    packed.resize(written);
+    return packed;
 }
 
 Result<std::size_t> LosslessEncoder::expectedBytes(const render::Picture& picture) {

@@ -35,8 +35,8 @@ Result<std::vector<std::uint8_t>> encodeJpeg(const render::Picture& picture, int
 /// Pictures of points are noise: higher levels buy a few percent for many milliseconds.
 inline constexpr int zstdLevel = 1;
 
-/// Pictures as filtered rows, packed by zstd, with memory that is kept from one to the next. One owner, one
-/// thread at a time.
+/// Pictures as filtered rows, packed by zstd, with a little memory that is kept from one to the next. One
+/// owner, one thread at a time.
 class LosslessEncoder {
   public:
     explicit LosslessEncoder(int level = zstdLevel) : level_(level) {}
@@ -60,6 +60,7 @@ class LosslessEncoder {
     };
 
     Status prepare();
+    Result<std::vector<std::uint8_t>> packRows(const render::Picture& picture);
     /// Packs into packed_; returns how many bytes.
     Result<std::size_t> pack(std::size_t filteredSize);
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/frames/planning.h"
+
 namespace mote::server {
 namespace {
 
@@ -32,16 +34,13 @@ MeanPicture::MeanPicture(const RenderJob& job, std::vector<ViewPart> parts, cons
         history.quality.within(history.quality.budgetMs() / static_cast<double>(parts_.size()));
 }
 
-Result<Making> MeanPicture::goOn(const RenderJob& job, PictureHistory& history, const Make& make,
-                                 const std::shared_ptr<storage::BlockBudget>& budget) {
+Result<Making> MeanPicture::goOn(const RenderJob& job, PictureHistory& history, const Make& make) {
     while (next_ < parts_.size()) {
         RenderJob part = job;
         part.part = PicturePart{parts_[next_].place, resolutionScale_};
         MOTE_ASSIGN_OR_RETURN(auto made, make(part, histories_[next_]));
         if (!made.picture) return made;
         take(*std::move(made.picture));
-        held_ = {};
-        held_ = HeldMemory::of(budget, mean_.bytes());
         if (next_ == parts_.size()) break;
         // What one of them teaches of the device holds for the next.
         histories_[next_].quality = histories_[next_ - 1].quality;
@@ -56,7 +55,10 @@ Result<Making> MeanPicture::goOn(const RenderJob& job, PictureHistory& history, 
 void MeanPicture::take(MadePicture made) {
     resolutionScale_ = made.resolutionScale;
     const auto begun = Clock::now();
+    made.memory.shrink(made.picture.pixels.capacity());
+    memory_.push_back(std::move(made.memory));
     mean_.add(std::move(made.picture), parts_[next_].weight);
+    if (memory_.size() > 2) memory_.erase(memory_.begin());
     auto& message = made.message;
     message.set_render_ms(message.render_ms() + milliseconds(Clock::now() - begun));
     if (!made_) {
@@ -81,7 +83,9 @@ MadePicture MeanPicture::finished(const RenderJob& job, PictureHistory& history)
     task_ = nullptr;  // once more is anew
     all.picture = mean_.take(stage_ == Stage::exact ? job.task->format : render::PixelFormat::srgb8);
     all.message.set_render_ms(all.message.render_ms() + milliseconds(Clock::now() - begun));
-    held_ = {};
+    all.memory = std::move(memory_.back());
+    all.memory.become(encodingBytes(all.picture, all.annotations != nullptr, false));
+    memory_.clear();
     history.quality = histories_.back().quality.within(history.quality.budgetMs());
     history.dots = copyOf(histories_.front().dots);
     return all;

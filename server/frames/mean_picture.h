@@ -33,10 +33,8 @@ class MeanPicture {
     /// Whether it is of that job and not done yet.
     bool isOf(const RenderJob& job) const { return task_ == job.task && stage_ == job.stage; }
     /// Makes what is missing. Without a picture where a part has none yet: it waits, or gave way, or was
-    /// stopped. When all is done, the history remembers it as if it were one picture. `budget`: of what
-    /// waits; null where nobody counts. Errors: of the parts.
-    Result<Making> goOn(const RenderJob& job, PictureHistory& history, const Make& make,
-                        const std::shared_ptr<storage::BlockBudget>& budget);
+    /// stopped. When all is done, the history remembers it as if it were one picture. Errors: of the parts.
+    Result<Making> goOn(const RenderJob& job, PictureHistory& history, const Make& make);
     std::vector<PictureHistory>& histories() { return histories_; }
 
   private:
@@ -51,8 +49,8 @@ class MeanPicture {
     std::size_t next_ = 0;                   // part to be made
     std::optional<double> resolutionScale_;  // of those that are made
     PictureMean mean_;
-    std::optional<MadePicture> made_;  // what those that are made are together, without pixels
-    HeldMemory held_;
+    std::optional<MadePicture> made_;           // what those that are made are together, without pixels
+    std::vector<PictureMemory::Taken> memory_;  // of the sum and of the latest one
 };
 
 }  // namespace mote::server

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What a PictureMaker keeps of pictures that give way to others.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "server/frames/mean_picture.h"
@@ -47,20 +50,44 @@ std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHis
                   leastTurn_)});
 }
 
-void PictureMaker::keep(std::unique_ptr<Draft> draft, PictureHistory& history) {
-    std::uint64_t bytes = draft->picture ? draft->picture->bytes() : draft->sight->bytes();
-    for (const auto& fragments : draft->plan.fragments)
-        bytes += fragments->capacity() * sizeof(render::Fragment);
-    draft->held = {};  // of what it kept before
-    auto held = HeldMemory::whereThereIsRoom(steps_.budget(), bytes);
-    if (!held) {
-        if (draft->picture) draft->picture->giveUp();
-        if (draft->sight) draft->sight->giveUp();
-        history.lost = draft->task;
-        return;
+/// Takes the memory that a job's picture needs, once; false where it waits for some. Quick ones of a screen
+/// are part of what the server has beside: they are drawn one at a time. Errors: resourceExhausted.
+Result<bool> PictureMaker::admit(const RenderJob& job, PictureHistory& history, Making& why) {
+    if (memory_ == nullptr || why.memory.bytes() > 0) return true;
+    constexpr std::uint64_t mib = std::uint64_t{1} << 20, quick = 64 * mib;
+    constexpr std::chrono::minutes patience{1};
+    const View& view = job.task->view;
+    const std::uint64_t bytes = pictureBytes(view, job, steps_);
+    if (job.stage == Stage::quick && bytes <= quick) return true;
+    if (auto taken = memory_->take(bytes)) {
+        why.memory = *std::move(taken);
+        history.wait.reset();
+        return true;
     }
-    draft->held = *std::move(held);
-    history.draft = std::move(draft);
+    if (bytes > memory_->most(bytes) || memory_->taken() == 0) {
+        return Error{
+            ErrorCode::resourceExhausted, "view",
+            fmt::format("a picture of {} x {} pixels with these layers may take {} MiB while it is "
+                        "made, and the server has {} MiB for it: fewer pixels or layers take less, "
+                        "and --memory of the server gives more",
+                        view.width, view.height, bytes / mib,
+                        (bytes > memory_->most(bytes) ? memory_->most(bytes) : memory_->room()) / mib)};
+    }
+    const auto now = Clock::now();
+    auto& wait = history.wait;
+    if (!wait || wait->task.lock() != job.task || wait->givenBack != memory_->givenBack())
+        wait = MemoryWait{job.task, now, memory_->givenBack()};
+    if (now - wait->since >= patience) {
+        wait.reset();
+        return Error{ErrorCode::resourceExhausted, "view",
+                     fmt::format("a picture of {} x {} pixels with these layers may take {} MiB while it is "
+                                 "made, which others' pictures have and did not give back for a minute: ask "
+                                 "again later",
+                                 view.width, view.height, bytes / mib)};
+    }
+    why.waits = true;
+    why.until = wait->since + patience;
+    return false;
 }
 
 }  // namespace mote::server

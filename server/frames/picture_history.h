@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/data/held_memory.h"
+#include "server/data/picture_memory.h"
 #include "server/encode/vector/sight.h"
 #include "server/frames/dot_maker.h"
 #include "server/frames/page_sight.h"
@@ -41,7 +41,14 @@ struct Draft {
     double learnMs = 0.0;                                     ///< of planMs: apart from data
     std::unique_ptr<render::UnfinishedPicture> picture = {};  ///< refers to the plan; null: not begun
     std::optional<DotHistory> after = {};                     ///< as its scene left the history's dots
-    HeldMemory held = {};                                     ///< of what it keeps
+    PictureMemory::Taken memory = {};                         ///< that it takes at most
+};
+
+/// A picture that waits for memory, which others have.
+struct MemoryWait {
+    std::weak_ptr<const ViewTask> task;
+    Clock::time_point since;      ///< that nobody gave any back
+    std::uint64_t givenBack = 0;  ///< as PictureMemory's
 };
 
 /// What is remembered of one session's pictures, to choose the quality of the next.
@@ -51,9 +58,9 @@ struct PictureHistory {
     std::vector<const render::GridField*> hybrids = {};  ///< likewise; not held, only told apart
     double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
     DotHistory dots = {};
-    std::unique_ptr<Draft> draft = {};        ///< of the latest job, where it gave way
-    std::weak_ptr<const ViewTask> lost = {};  ///< whose draft found no room: it gives way no more
-    std::shared_ptr<MeanPicture> mean = {};   ///< the latest, where the latest job was between steps
+    std::unique_ptr<Draft> draft = {};       ///< of the latest job, where it gave way
+    std::optional<MemoryWait> wait = {};     ///< of the latest job
+    std::shared_ptr<MeanPicture> mean = {};  ///< the latest, where the latest job was between steps
 };
 
 }  // namespace mote::server

@@ -160,10 +160,11 @@ bool anything(const View& view) {
 }  // namespace
 
 PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs,
-                           render::WorkInTurns::Duration leastTurn)
+                           render::WorkInTurns::Duration leastTurn, std::shared_ptr<PictureMemory> memory)
     : factory_(std::move(factory)),
       steps_(steps),
       leastTurn_(leastTurn),
+      memory_(std::move(memory)),
       device_(factory_()),
       name_(device_->name()),
       costs_(costs ? *costs : device_->costs()) {}
@@ -210,7 +211,7 @@ Result<Making> PictureMaker::makeAny(const RenderJob& job, PictureHistory& histo
         history.mean = std::make_shared<MeanPicture>(job, std::move(parts), history, before.get());
     }
     const auto make = [this](const RenderJob& part, PictureHistory& its) { return makeOne(part, its); };
-    return history.mean->goOn(job, history, make, steps_.budget());
+    return history.mean->goOn(job, history, make);
 }
 
 Result<Making> PictureMaker::makeOne(const RenderJob& job, PictureHistory& history) {
@@ -221,11 +222,8 @@ Result<Making> PictureMaker::makeOne(const RenderJob& job, PictureHistory& histo
     Making made;
     auto planning = planningOf(job, history);
     if (planning && !planning->planning->advance(job.pause)) {
-        if (planning->planning->hold(steps_.budget())) {
-            history.draft = std::move(planning);
-            return made;
-        }
-        if (!planning->planning->advance(job.stop)) return made;
+        history.draft = std::move(planning);
+        return made;
     }
     Attempt attempt(*job.task, history.dots);
     auto draft = draftOf(history);
@@ -234,16 +232,19 @@ Result<Making> PictureMaker::makeOne(const RenderJob& job, PictureHistory& histo
             draft, planning ? planning->planning->take(history, made) : newDraft(job, history, made));
     }
     planning.reset();
-    if (draft == nullptr) return made;
-    const bool lost = history.lost.lock() == job.task;
-    const bool done = draw(job, *draft, lost ? job.stop : job.pause);
+    if (draft == nullptr) {
+        made.memory.leave();
+        return made;
+    }
+    if (made.memory.bytes() > 0) draft->memory = std::move(made.memory);
+    const bool done = draw(job, *draft, job.pause);
     failures_ = 0;
     if (done) {
         made.picture = finished(job, *draft, history);
         attempt.succeeded();
     } else if (draft->picture != nullptr || draft->sight != nullptr) {
         attempt.paused(*draft);
-        keep(std::move(draft), history);
+        history.draft = std::move(draft);
     }
     return made;
 }
@@ -257,8 +258,9 @@ void PictureMaker::deviceFailed() {
 
 /// Nothing where `why` says that the picture waits; here and below.
 Result<std::optional<render::Scene>> PictureMaker::sceneOf(const View& view, const RenderJob& job,
-                                                           DotHistory& history, Making& why) {
-    auto scene = makeScene(view, job, steps_, photographs_, history);
+                                                           DotHistory& dots, PictureHistory& history,
+                                                           Making& why) {
+    auto scene = makeScene(view, job, steps_, photographs_, dots, [&] { return admit(job, history, why); });
     if (scene.ok() && !*scene) why.waits = true;
     return scene;
 }
@@ -318,13 +320,13 @@ Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& v
     const std::optional<render::Scene> none;
     // Dots that are on their way take one step, not two, where they are also seen themselves.
     DotHistory shown = layer.opacity < 1.0 ? history.dots : DotHistory();
-    MOTE_ASSIGN_OR_RETURN(const auto drawn, sceneOf(before, job, history.dots, why));
+    MOTE_ASSIGN_OR_RETURN(const auto drawn, sceneOf(before, job, history.dots, history, why));
     if (!drawn) return none;
     const auto dots = stippled(*drawn, layer, job, history, why);
     if (!dots.ok()) return inLayer(index, dots.error());
     if (!*dots) return none;
     shown.layers.resize(index);  // what lies in front of a drawing does not fade in
-    auto scene = sceneOf(besideDots(view, index), job, shown, why);
+    auto scene = sceneOf(besideDots(view, index), job, shown, history, why);
     if (scene.ok() && *scene) addDots(**scene, **dots, layer.opacity);
     return scene;
 }
@@ -342,12 +344,12 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
         // Meanwhile all is asked for that it will be drawn from.
         for (auto& layer : view.layers) layer.opacity = stipples(layer) ? 0.0 : layer.opacity;
         DotHistory unseen;
-        MOTE_RETURN_IF_ERROR(makeScene(view, job, steps_, photographs_, unseen));
+        MOTE_RETURN_IF_ERROR(makeScene(view, job, steps_, photographs_, unseen, [] { return false; }));
         why.waits = true;
         return std::optional<render::Scene>();
     }
     const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
-    if (found == view.layers.end()) return sceneOf(view, job, history.dots, why);
+    if (found == view.layers.end()) return sceneOf(view, job, history.dots, history, why);
     const auto index = static_cast<std::size_t>(found - view.layers.begin());
     if (std::any_of(found + 1, view.layers.end(), stipples)) {
         return inLayer(index, {ErrorCode::unsupported, "stipple.source",
@@ -459,7 +461,9 @@ MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHi
                      std::move(draft.sights),
                      annotationsOf(draft.scene, plan, steps_),
                      plan.points.empty() && plan.fields.empty() && !plan.anyDots(),
-                     draft.quality.resolutionScale};
+                     draft.quality.resolutionScale,
+                     std::move(draft.memory)};
+    made.memory.shrink(encodingBytes(made.picture, made.annotations != nullptr, job.task->page.has_value()));
     describe(made, job, name_);
     if (draft.scene.view.cameraFitted) *made.message.mutable_camera() = toProto(draft.scene.view.camera);
     made.message.set_point_fraction(share);

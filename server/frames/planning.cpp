@@ -7,21 +7,11 @@
 namespace mote::server {
 namespace {
 
-/// About what planning takes in memory at most, apart from the plan: so much a pixel of each layer.
-std::uint64_t planningBytes(const View& view) {
-    constexpr std::uint64_t ofInk = 64, ofOthers = 32;
-    std::uint64_t bytes = 0;
-    for (const Layer& layer : view.layers) {
-        if (layer.opacity > 0.0) bytes += layer.ink() != nullptr ? ofInk : ofOthers;
-    }
-    return bytes * view.width * view.height;
-}
-
-/// All but points and volumes, which the device draws.
+/// All but points, volumes and surfaces, which are made as they are drawn.
 bool plansLong(const View& view) {
     return std::any_of(view.layers.begin(), view.layers.end(), [](const Layer& layer) {
         const bool particles = layer.particles() != nullptr && !layer.highlight;
-        return layer.opacity > 0.0 && !particles && layer.hybrid() == nullptr;
+        return layer.opacity > 0.0 && !particles && layer.hybrid() == nullptr && layer.mesh() == nullptr;
     });
 }
 
@@ -31,7 +21,8 @@ PictureHistory historyFor(const ViewTask& task, const PictureHistory& history) {
             .steps = history.steps,
             .hybrids = history.hybrids,
             .exactPoints = history.exactPoints,
-            .dots = task.finalOnly ? copyOf(history.dots) : history.dots};
+            .dots = task.finalOnly ? copyOf(history.dots) : history.dots,
+            .wait = history.wait};
 }
 
 }  // namespace
@@ -43,15 +34,7 @@ bool isPlannedInTurns(const RenderJob& job) {
 Planning::Planning(const RenderJob& job, const PictureHistory& history, Make make,
                    render::WorkInTurns::Duration leastTurn)
     : history_(historyFor(*job.task, history)),
-      bytes_(planningBytes(job.task->view)),
       work_([this, make = std::move(make)] { draft_ = make(history_, why_); }, leastTurn) {}
-
-bool Planning::hold(const std::shared_ptr<storage::BlockBudget>& budget) {
-    // Nobody's blocks go for one that is more than its share.
-    const bool fits = budget == nullptr || bytes_ <= budget->limit() / 2;
-    if (!held_ && fits) held_ = HeldMemory::whereThereIsRoom(budget, bytes_);
-    return held_.has_value();
-}
 
 Result<std::unique_ptr<Draft>> Planning::take(PictureHistory& history, Making& why) {
     history.quality = history_.quality;
@@ -59,6 +42,7 @@ Result<std::unique_ptr<Draft>> Planning::take(PictureHistory& history, Making& w
     history.hybrids = std::move(history_.hybrids);
     history.exactPoints = history_.exactPoints;
     history.dots = std::move(history_.dots);
+    history.wait = std::move(history_.wait);
     why = std::move(why_);
     return std::move(draft_);
 }

@@ -7,10 +7,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 
 #include "protocol/scene/error.h"
-#include "server/data/held_memory.h"
+#include "server/data/step_source.h"
 #include "server/frames/picture_history.h"
 #include "server/frames/picture_maker.h"
 #include "server/frames/render_schedule.h"
@@ -22,6 +21,12 @@ namespace mote::server {
 inline Clock::time_point workClock() {
     return Clock::now() - render::timeOfOthers();
 }
+
+/// Bytes that a job's picture takes at most until it is encoded, of a view with that size and those layers;
+/// what data take apart.
+std::uint64_t pictureBytes(const View& view, const RenderJob& job, StepSource& data);
+/// That one takes which is done, while it is encoded. `page`: as a document.
+std::uint64_t encodingBytes(const render::Picture& picture, bool annotated, bool page);
 
 /// Whether a job's picture may have to wait, and its plan may take long: a quick one is never paused.
 bool isPlannedInTurns(const RenderJob& job);
@@ -37,9 +42,6 @@ class Planning {
 
     /// As WorkInTurns.
     bool advance(const std::stop_token& pause) { return work_.advance(pause); }
-    /// Counts what it may keep in memory while it waits, from the first time on. After a turn: what it uses
-    /// must not go for it. Whether there is room. `budget`: null where nobody counts.
-    bool hold(const std::shared_ptr<storage::BlockBudget>& budget);
     /// What it made, once it is done, with what it left of the history.
     Result<std::unique_ptr<Draft>> take(PictureHistory& history, Making& why);
 
@@ -47,8 +49,6 @@ class Planning {
     PictureHistory history_;
     Making why_;
     Result<std::unique_ptr<Draft>> draft_ = std::unique_ptr<Draft>();
-    const std::uint64_t bytes_;
-    std::optional<HeldMemory> held_;
     render::WorkInTurns work_;  // goes first: it uses the others
 };
 

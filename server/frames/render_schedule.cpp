@@ -109,6 +109,7 @@ std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
     now_ = now;
     for (auto& [session, client] : clients_) {
         if (std::exchange(client.fresh, false)) client.due = std::max(client.due, now);
+        if (client.waits && client.until && *client.until <= now) client.waits = false;
     }
     const bool foreground = foregroundOpen();
     if (!foreground && std::exchange(busy_, false)) quietSince_ = now;
@@ -140,6 +141,9 @@ std::optional<Clock::time_point> RenderSchedule::nextDue() const {
         due = due ? std::min(*due, client.due) : client.due;
     }
     if (due && background) due = std::max(*due, quietSince_ + settings_.backgroundDelay);
+    for (const auto& [session, client] : clients_) {
+        if (client.waits && client.until) due = due ? std::min(*due, *client.until) : client.until;
+    }
     return due;
 }
 
@@ -171,10 +175,12 @@ void RenderSchedule::finishStopped(const RenderJob& job) {
     finish(job, true, std::nullopt);
 }
 
-void RenderSchedule::finishWaiting(const RenderJob& job) {
+void RenderSchedule::finishWaiting(const RenderJob& job, std::optional<Clock::time_point> until) {
     finish(job, true, std::nullopt);
     const auto found = clients_.find(job.session);
-    if (found != clients_.end() && found->second.task == job.task) found->second.waits = true;
+    if (found == clients_.end() || found->second.task != job.task) return;
+    found->second.waits = true;
+    found->second.until = until;
 }
 
 void RenderSchedule::dataArrived(Clock::time_point now) {

@@ -82,8 +82,9 @@ class RenderSchedule {
     void finishDrawn(const RenderJob& job, Stage next);
     /// It was stopped or paused, or nobody wants it: the credit comes back, the stage stays.
     void finishStopped(const RenderJob& job);
-    /// It waits for data: the credit comes back, and it is tried again when some arrived.
-    void finishWaiting(const RenderJob& job);
+    /// It waits for data or memory: the credit comes back, and it is tried again when some arrived, or at
+    /// `until`.
+    void finishWaiting(const RenderJob& job, std::optional<Clock::time_point> until = {});
     /// Data arrived that somebody may wait for.
     void dataArrived(Clock::time_point now);
     /// It cannot be drawn: the credit comes back, and nothing more is tried for this view.
@@ -99,8 +100,9 @@ class RenderSchedule {
         std::uint64_t served = 0;  ///< the turn in which it was served last
         Clock::duration used{0};   ///< of the device's time; who was idle has used what others had then
         Clock::time_point due;     ///< the stage may begin
-        bool waits = false;        ///< for data: it may not
-        bool fresh = false;        ///< its turn came since the latest next(): due then at the earliest
+        bool waits = false;        ///< for data or memory: it may not
+        std::optional<Clock::time_point> until = {};  ///< then it may again
+        bool fresh = false;  ///< its turn came since the latest next(): due then at the earliest
 
         bool open() const { return stage != Stage::done && credits > 0 && !waits; }
     };

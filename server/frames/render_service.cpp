@@ -35,7 +35,6 @@ struct Drawn {
     MadePicture made;
     RenderJob job;
     std::shared_ptr<Client> client;
-    HeldMemory held;
 };
 
 /// Large ones take seconds: more than a screen shows, so that no screen waits for the next.
@@ -70,12 +69,14 @@ class RenderService::Impl {
     Impl(DeviceFactory factory, StepSource& steps, RenderSettings settings)
         : factory_(std::move(factory)),
           steps_(steps),
-          budget_(steps.budget()),
-          settings_(settings),
-          schedule_(settings.schedule),
-          encoders_(std::make_unique<EncodePool>(std::max(1u, settings.encodeThreads))) {}
+          settings_(std::move(settings)),
+          schedule_(settings_.schedule),
+          encoders_(std::make_unique<EncodePool>(std::max(1u, settings_.encodeThreads))) {
+        if (settings_.memory) settings_.memory->whenGivenBack([this] { dataArrived(); });
+    }
 
     ~Impl() {
+        if (settings_.memory) settings_.memory->whenGivenBack({});
         {
             const std::lock_guard lock(mutex_);
             stopping_ = true;
@@ -154,7 +155,7 @@ class RenderService::Impl {
     void begin(std::promise<Result<std::string>>& ready) {
         try {
             auto* const crashes = settings_.crashes;
-            maker_.emplace(factory_, steps_, crashes != nullptr ? crashes->costs() : std::nullopt);
+            newMaker(crashes != nullptr ? crashes->costs() : std::nullopt);
             if (crashes != nullptr) crashes->learn(maker_->costs());
         } catch (const std::exception& failure) {
             ready.set_value(Error{ErrorCode::internal, "device", failure.what()});
@@ -163,6 +164,10 @@ class RenderService::Impl {
         ready.set_value(maker_->deviceName());
         run();
         maker_.reset();  // on the thread that made it
+    }
+
+    void newMaker(std::optional<render::DeviceCosts> costs) {
+        maker_.emplace(factory_, steps_, costs, render::WorkInTurns::shortTurn, settings_.memory);
     }
 
     void run() {
@@ -196,11 +201,9 @@ class RenderService::Impl {
         charge(job, Clock::now() - begun);
         noteDevice(made);
         if (!made.ok()) return fail(job, *client, made.error());
-        if (made->waits) return waiting(job, arrivals);
+        if (made->waits) return waiting(job, arrivals, made->until);
         if (!made->picture) return stopped(job);
-        auto held = hold(made->picture->picture.pixels.capacity());
-        send(std::make_shared<Drawn>(
-            Drawn{*std::move(made->picture), std::move(job), std::move(client), std::move(held)}));
+        send(std::make_shared<Drawn>(Drawn{*std::move(made->picture), std::move(job), std::move(client)}));
     }
 
     /// Views that wait, or whose data is at fault, tell nothing of the device.
@@ -228,7 +231,7 @@ class RenderService::Impl {
             client.history = historyOf(settings_);
             const auto costs = maker_->costs();
             maker_.reset();
-            maker_.emplace(factory_, steps_, costs);
+            newMaker(costs);
             return Error{ErrorCode::internal, "view", broken.what()};
         }
     }
@@ -239,9 +242,9 @@ class RenderService::Impl {
     }
 
     /// `arrivals`: before it was tried. What has arrived since may be what it waits for.
-    void waiting(const RenderJob& job, std::uint64_t arrivals) {
+    void waiting(const RenderJob& job, std::uint64_t arrivals, std::optional<Clock::time_point> until) {
         const std::lock_guard lock(mutex_);
-        schedule_.finishWaiting(job);
+        schedule_.finishWaiting(job, until);
         if (arrivals != arrivals_) schedule_.dataArrived(Clock::now());
     }
 
@@ -293,12 +296,6 @@ class RenderService::Impl {
         }
     }
 
-    /// Smaller pictures are part of what the program may take; of large ones a few would be too many.
-    HeldMemory hold(std::size_t bytes) const {
-        constexpr std::size_t large = std::size_t{16} << 20;
-        return bytes < large ? HeldMemory() : HeldMemory::of(budget_, bytes);
-    }
-
     void encode(Drawn& drawn) {
         const auto begun = Clock::now();
         const auto& task = *drawn.job.task;
@@ -318,7 +315,9 @@ class RenderService::Impl {
         frame.quick = drawn.job.stage == Stage::quick || task.queued;
         frame.canWait = exact;  // nothing after it needs it
         frame.wanted = task.finalOnly;
-        frame.held = hold(frame.payload.capacity());
+        drawn.made.picture = {};
+        drawn.made.memory.become(frame.payload.size());
+        frame.memory = std::move(drawn.made.memory);
         drawn.client->events.frame(std::move(frame));
     }
 
@@ -329,7 +328,6 @@ class RenderService::Impl {
 
     const DeviceFactory factory_;
     StepSource& steps_;
-    const std::shared_ptr<storage::BlockBudget> budget_;
     const RenderSettings settings_;
     // The rendering thread's own.
     std::optional<PictureMaker> maker_;
@@ -350,7 +348,7 @@ class RenderService::Impl {
 };
 
 RenderService::RenderService(DeviceFactory factory, StepSource& steps, RenderSettings settings)
-    : impl_(std::make_unique<Impl>(std::move(factory), steps, settings)) {}
+    : impl_(std::make_unique<Impl>(std::move(factory), steps, std::move(settings))) {}
 RenderService::~RenderService() = default;
 
 std::optional<Clock::time_point> RenderService::deviceFailed() const {

@@ -13,7 +13,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/data/held_memory.h"
+#include "server/data/picture_memory.h"
 #include "server/data/step_source.h"
 #include "server/encode/frame_encoder.h"
 #include "server/frames/crash_record.h"
@@ -28,11 +28,11 @@ namespace mote::server {
 struct RenderedFrame {
     proto::Frame message;
     std::vector<std::uint8_t> payload;
-    Clock::time_point arrived;  ///< of the view
-    bool quick = true;          ///< of a hand in motion, or of a film: others like it follow
-    bool canWait = false;       ///< a refinement: whatever is newer may overtake it between two pieces
-    bool wanted = false;        ///< nevertheless it is sent to its end: a script waits for it
-    HeldMemory held = {};       ///< of the payload, where it is large
+    Clock::time_point arrived;         ///< of the view
+    bool quick = true;                 ///< of a hand in motion, or of a film: others like it follow
+    bool canWait = false;              ///< a refinement: whatever is newer may overtake it between two pieces
+    bool wanted = false;               ///< nevertheless it is sent to its end: a script waits for it
+    PictureMemory::Taken memory = {};  ///< of the payload
 };
 
 /// Called on the service's threads, also shortly after close(); must not block. At most as many frames come
@@ -44,7 +44,8 @@ struct RenderEvents {
 };
 
 struct RenderSettings {
-    double budgetMs = 30.0;  ///< for a picture of a view in motion
+    double budgetMs = 30.0;                      ///< for a picture of a view in motion
+    std::shared_ptr<PictureMemory> memory = {};  ///< that pictures are counted to; null: nobody counts
     unsigned encodeThreads = 2;
     ScheduleSettings schedule;
     CrashRecord* crashes = nullptr;  ///< outlives the service; null: nobody would read it

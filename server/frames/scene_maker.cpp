@@ -123,7 +123,8 @@ View besideDots(View view, std::size_t index) {
 }
 
 Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob& job, StepSource& data,
-                                               DrawnPhotographs& photographs, DotHistory& history) {
+                                               DrawnPhotographs& photographs, DotHistory& history,
+                                               const Admission& admit) {
     std::vector<LayerPart> parts;
     for (const Layer& layer : view.layers) {
         const LayerRequest asked{view, layer, job, data, photographs};
@@ -135,6 +136,8 @@ Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob
     }
     if (std::any_of(parts.begin(), parts.end(), [](const auto& part) { return !part; }))
         return std::optional<render::Scene>();
+    MOTE_ASSIGN_OR_RETURN(const bool admitted, admit());
+    if (!admitted) return std::optional<render::Scene>();
     render::Scene scene{view, {}};
     scene.steps.resize(parts.size());
     scene.hybrids.resize(parts.size());

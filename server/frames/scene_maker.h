@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -35,10 +36,14 @@ Result<bool> fitLayers(View& view, StepSource& data);
 /// those after it.
 View besideDots(View view, std::size_t index);
 
+/// Whether a picture may be made; asked when its data are there and nothing large was made.
+using Admission = std::function<Result<bool>()>;
+
 /// The scene of a view, with the data of each of its layers; nothing where some are on their way: all that is
-/// missing was asked for. `history` changes with a scene alone. Errors: as partOf (layer_kinds.h), with the
-/// layer's place.
+/// missing was asked for; or where it is not admitted. `history` changes with a scene alone. Errors: as
+/// partOf (layer_kinds.h), with the layer's place, and of the admission.
 Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob& job, StepSource& data,
-                                               DrawnPhotographs& photographs, DotHistory& history);
+                                               DrawnPhotographs& photographs, DotHistory& history,
+                                               const Admission& admit);
 
 }  // namespace mote::server

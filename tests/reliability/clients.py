@@ -65,12 +65,16 @@ class Client:
     def _send(self, message):
         self._line.send(wire.encode(message.SerializeToString()))
 
-    def ask(self, number, view, final_only=False):
-        """For the quick picture of a view that moves, or for the exact one."""
+    def ask(self, number, view, final_only=False, page=None, format=None):
+        """For the quick picture of a view that moves, or for the exact one, also as a document."""
         message = self._message()
         asked = message.set_view
         asked.view.CopyFrom(to_message("View", view))
         asked.view_id, asked.moving, asked.final_only = number, not final_only, final_only
+        if page:
+            asked.page.CopyFrom(to_message("Page", page))
+        if format:
+            asked.format = {"SRGB8": 1, "LINEAR_HALF": 2}[format]
         self._send(message)
 
     def credit(self):

@@ -12,8 +12,9 @@
 namespace mote::render {
 namespace {
 
-/// Tiles that a thread draws before it gives way: some milliseconds of a volume that is not easy.
-constexpr std::size_t tilesOfATurn = 8;
+/// Tiles that a thread draws before it gives way: some milliseconds of a volume that is not easy, or of a
+/// surface.
+constexpr std::size_t tilesOfATurn = 8, tilesOfSurfaces = 1;
 
 }  // namespace
 
@@ -31,10 +32,17 @@ void CpuPicture::borrowLists() {
     flat_ = std::exchange(parts_.flat, {});
 }
 
+/// What a large picture took is nobody's memory when it is done.
 void CpuPicture::giveListsBack() {
-    parts_.points = std::move(points_);
-    parts_.dots = std::move(dots_);
-    parts_.flat = std::move(flat_);
+    constexpr std::uint64_t most = std::uint64_t{16} << 20;
+    dots_.forget();
+    const auto giveBack = [](auto& to, auto& list) {
+        if (list.bytes() <= most) to = std::move(list);
+        list = {};
+    };
+    giveBack(parts_.points, points_);
+    giveBack(parts_.dots, dots_);
+    giveBack(parts_.flat, flat_);
 }
 
 bool CpuPicture::draw(const std::stop_token& stop) {
@@ -100,7 +108,8 @@ bool CpuPicture::drawTiles(const std::stop_token& pause) {
     if (std::exchange(waited_, true)) points_.verify(plan_);
     const CompositeFrame frame(plan_, picture_.format, parts_.fields.of(plan_), colors_);
     const std::uint32_t columns = tilesAcross(plan_.width);
-    const std::size_t least = tilesOfATurn * static_cast<std::size_t>(parts_.arena.max_concurrency());
+    const std::size_t least = (plan_.surfaces.empty() ? tilesOfATurn : tilesOfSurfaces) *
+                              static_cast<std::size_t>(parts_.arena.max_concurrency());
     std::atomic<std::size_t> drawn{0};
     oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan_.height), [&](std::uint32_t number) {
         if (done_[number] != 0 || (pause.stop_requested() && drawn >= least)) return;

@@ -33,7 +33,11 @@ void forTiles(const ScreenDot& dot, std::uint32_t columns, std::uint32_t rows, V
 
 void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
     slabs_ = plan.slabs;
+    width_ = plan.width;
+    height_ = plan.height;
     columns_ = tilesAcross(plan.width);
+    sections_ = plan.sections;
+    makers_ = makersOf(plan);
     const std::uint32_t rows = tilesAcross(plan.height);
     const std::size_t tiles = std::size_t{columns_} * rows;
     placeDots(plan, placed_);
@@ -57,6 +61,25 @@ void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
     });
 }
 
+/// What is made of it, among its dots.
+void FrameDots::make(Tile tile, Local& local) const {
+    const std::uint32_t left = tile.column * Tile::edge, top = tile.row * Tile::edge;
+    local.made.dots.clear();
+    local.made.depths.clear();
+    placeMade(makers_, {left, top, std::min(left + Tile::edge, width_), std::min(top + Tile::edge, height_)},
+              sections_, local.made);
+    local.placed.clear();
+    if (!placed_.dots.empty()) {
+        for (const auto dot : tiles_.of(std::size_t{tile.row} * columns_ + tile.column))
+            local.placed.emplace_back(placed_.depths[dot], &placed_.dots[dot]);
+    }
+    for (std::size_t i = 0; i < local.made.dots.size(); ++i)
+        local.placed.emplace_back(local.made.depths[i], &local.made.dots[i]);
+    std::stable_sort(local.placed.begin(), local.placed.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [depth, dot] : local.placed) local.all.push_back({dot});
+}
+
 const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
     Local& local = local_.local();
     local.points.clear();
@@ -64,7 +87,9 @@ const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
     points.appendAlone(tile, local.points);
     for (const auto& point : local.points)
         local.all.push_back({&point.dot, point.thinned, point.tau, point.colors});
-    if (!placed_.dots.empty()) {
+    if (!makers_.empty()) {
+        make(tile, local);
+    } else if (!placed_.dots.empty()) {
         for (const auto dot : tiles_.of(std::size_t{tile.row} * columns_ + tile.column))
             local.all.push_back({&placed_.dots[dot]});
     }

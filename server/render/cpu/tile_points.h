@@ -19,9 +19,9 @@
 #include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/points_kernel.h"
 #include "server/render/cpu/tile_cells.h"
-#include "server/render/cpu/tile_lists.h"
 #include "server/render/plan/pixel_colors.h"
 #include "server/render/plan/screen_dots.h"
+#include "server/render/plan/tile_lists.h"
 
 namespace mote::render {
 

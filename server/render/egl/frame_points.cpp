@@ -108,7 +108,7 @@ FrameRun::Counts FrameRun::allocateCells(const Band& band) {
     barrier();
     glUseProgram(allocateProgram());
     glBindTextureUnit(slabBitsUnit, buffers_.masksTexture.get());
-    if (!dots_.empty()) glBindTextureUnit(allocateDotsUnit, buffers_.dotListsTexture.get());
+    if (anyDots_) glBindTextureUnit(allocateDotsUnit, buffers_.dotListsTexture.get());
     glDispatchCompute(groups(band.tiles, 64), 1, 1);
     barrier();
     Counts counts;
@@ -129,7 +129,7 @@ bool FrameRun::addPoints(const Pass& pass) {
 
 GLuint FrameRun::allocateProgram() const {
     return shaders_.program("cells_allocate",
-                            {{"DOTS", dots_.empty() ? 0U : 1U}, {"POINTS", anyPoints_ ? 1U : 0U}});
+                            {{"DOTS", anyDots_ ? 1U : 0U}, {"POINTS", anyPoints_ ? 1U : 0U}});
 }
 
 bool FrameRun::drawFlat(const Band& band) {
@@ -188,7 +188,7 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
     glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
     glBindTextureUnit(cellUnit, buffers_.cellsTexture.get());
     glBindTextureUnit(volumeMaskUnit, buffers_.volumeMasksTexture.get());
-    if (!dots_.empty()) {
+    if (anyDots_) {
         glBindTextureUnit(dotUnit, buffers_.dotsTexture.get());
         glBindTextureUnit(dotListUnit, buffers_.dotListsTexture.get());
     }
@@ -209,7 +209,7 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
     const auto mixed = [](const GridWork& work) { return work.samples->mixed(); };
-    const bool oneGrid = layers_.empty() && grids_.size() == 1 && dots_.empty();
+    const bool oneGrid = layers_.empty() && grids_.size() == 1 && !anyDots_;
     ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
                                    {"GRIDS", static_cast<unsigned>(grids_.size())},
                                    {"MIXED", std::any_of(grids_.begin(), grids_.end(), mixed) ? 1U : 0U},
@@ -217,7 +217,7 @@ GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) co
     if (!oneGrid) {
         defines.insert(defines.end(), {{"POINTS", points ? 1U : 0U},
                                        {"COLORS", points && !colors_.empty() ? 1U : 0U},
-                                       {"DOTS", dots_.empty() ? 0U : 1U},
+                                       {"DOTS", anyDots_ ? 1U : 0U},
                                        {"VOLUME", volume ? 1U : 0U},
                                        {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/egl/frame_run.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -80,8 +82,9 @@ std::uint32_t FrameRun::rowsOfABand() const {
     const std::uint64_t colorBytes =
         std::uint64_t{plan_.width} * 8 * 8 * std::max<std::size_t>(colors_.size(), 1);
     rows = std::clamp<std::uint64_t>(pairLimit(options_.maskBytes) / colorBytes, 1, rows);
-    // What has no points is not made dearer by more bands, between which others' pictures may be drawn.
-    constexpr std::uint64_t mostPixels = std::uint64_t{1} << 21;
+    // What has no points is not made dearer by more bands, between which others' pictures may be drawn; rays
+    // that look for surfaces take longer.
+    const std::uint64_t mostPixels = std::uint64_t{1} << (plan_.surfaces.empty() ? 21 : 18);
     if (!anyPoints_)
         rows = std::clamp<std::uint64_t>(mostPixels / (std::uint64_t{tilesAcross_} * 64), 1, rows);
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(rows, tilesDown_));
@@ -273,15 +276,36 @@ void FrameRun::gatherBricks() {
 
 // Dots: what the shaders read of them, and which touch each tile, front to back.
 
+namespace {
+
+PlacedDots sortedDots(const PlacedDots& dots) {
+    PlacedDots sorted;
+    for (const auto index : frontToBack(dots)) {
+        sorted.dots.push_back(dots.dots[index]);
+        sorted.depths.push_back(dots.depths[index]);
+    }
+    return sorted;
+}
+
+}  // namespace
+
 void FrameRun::prepareDots() {
-    dots_ = screenDots(plan_);
+    placeDots(plan_, dots_);
+    makers_ = makersOf(plan_);
+    anyDots_ = !dots_.dots.empty() || !makers_.empty();
+    if (!makers_.empty() || !anyDots_) return;
+    dots_ = sortedDots(dots_);
+    writeDots(dots_.dots);
+}
+
+void FrameRun::writeDots(const std::vector<ScreenDot>& dots) {
     std::vector<glm::vec4> texels;
-    texels.reserve(2 * dots_.size());
-    for (const auto& dot : dots_) {
+    texels.reserve(2 * dots.size() + 1);
+    for (const auto& dot : dots) {
         texels.emplace_back(dot.x, dot.y, dot.ink.reach, dot.place);
         texels.emplace_back(dot.color, dot.ink.most);
     }
-    if (dots_.empty()) return;
+    if (texels.empty()) texels.emplace_back(0.0F);  // there are no empty buffers
     buffers_.dots = GlBuffer::of(std::span<const glm::vec4>(texels));
     buffers_.dotsTexture = bufferTexture(buffers_.dots, GL_RGBA32F);
 }
@@ -305,9 +329,42 @@ void FrameRun::bindColors(const Band& band) {
     buffers_.colorsTexture = bufferTexture(buffers_.colors, GL_RGBA16F);
 }
 
+/// The dots of a band, with what surfaces and strokes are there, front to back.
+PlacedDots FrameRun::madeDots(const Band& band) const {
+    const std::uint32_t first = band.firstRow * 8, end = std::min(first + band.rows * 8, plan_.height);
+    const auto top = static_cast<float>(first), bottom = static_cast<float>(end);
+    PlacedDots dots;
+    for (std::size_t i = 0; i < dots_.dots.size(); ++i) {
+        const auto& dot = dots_.dots[i];
+        if (dot.y + dot.ink.reach < top || dot.y - dot.ink.reach > bottom) continue;
+        dots.dots.push_back(dot);
+        dots.depths.push_back(dots_.depths[i]);
+    }
+    constexpr std::uint32_t edge = 32;  // a task's part of the band
+    const std::uint32_t across = (plan_.width + edge - 1) / edge, down = (end - first + edge - 1) / edge;
+    std::vector<PlacedDots> parts(std::size_t{across} * down);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+        const auto left = static_cast<std::uint32_t>(i % across) * edge,
+                   above = first + static_cast<std::uint32_t>(i / across) * edge;
+        placeMade(makers_, {left, above, std::min(left + edge, plan_.width), std::min(above + edge, end)},
+                  plan_.sections, parts[i]);
+    });
+    for (const auto& part : parts) {
+        dots.dots.insert(dots.dots.end(), part.dots.begin(), part.dots.end());
+        dots.depths.insert(dots.depths.end(), part.depths.begin(), part.depths.end());
+    }
+    return sortedDots(dots);
+}
+
 /// First where the list of each tile begins, and where the last one ends; then the lists.
 void FrameRun::bindDots(const Band& band) {
-    if (dots_.empty()) return;
+    PlacedDots made;
+    if (!makers_.empty()) {
+        made = madeDots(band);
+        writeDots(made.dots);
+    }
+    if (!anyDots_) return;
+    const auto& dots = makers_.empty() ? dots_.dots : made.dots;
     const std::int64_t across = tilesAcross_, top = band.firstRow, bottom = top + band.rows;
     const auto forTiles = [&](const ScreenDot& dot, auto visit) {
         const TileRange rows(dot.y, dot.ink.reach, top, bottom);
@@ -318,13 +375,13 @@ void FrameRun::bindDots(const Band& band) {
         }
     };
     std::vector<std::uint32_t> words(band.tiles + 1, 0);
-    for (const auto& dot : dots_) forTiles(dot, [&](std::size_t tile) { ++words[tile + 1]; });
+    for (const auto& dot : dots) forTiles(dot, [&](std::size_t tile) { ++words[tile + 1]; });
     words[0] = band.tiles + 1;
     for (std::size_t tile = 0; tile < band.tiles; ++tile) words[tile + 1] += words[tile];
     std::vector<std::uint32_t> next(words.begin(), words.end() - 1);
     words.resize(words.back());
-    for (std::uint32_t i = 0; i < dots_.size(); ++i)
-        forTiles(dots_[i], [&](std::size_t tile) { words[next[tile]++] = i; });
+    for (std::uint32_t i = 0; i < dots.size(); ++i)
+        forTiles(dots[i], [&](std::size_t tile) { words[next[tile]++] = i; });
     buffers_.dotLists = GlBuffer::of(std::span<const std::uint32_t>(words));
     buffers_.dotListsTexture = bufferTexture(buffers_.dotLists, GL_R32UI);
 }

@@ -162,6 +162,8 @@ class FrameRun {
     bool prepareGrids();
     void gatherBricks();
     void prepareDots();
+    void writeDots(const std::vector<ScreenDot>& dots);
+    PlacedDots madeDots(const Band& band) const;
     void bindDots(const Band& band);
     void bindColors(const Band& band);
     bool drawBand(const Band& band, Picture& picture);
@@ -200,7 +202,9 @@ class FrameRun {
     std::vector<LayerWork> layers_;
     std::vector<GridWork> grids_;
     std::vector<const PixelColors*> colors_;  ///< of those points that are coloured by pixel
-    std::vector<ScreenDot> dots_;             ///< front to back
+    PlacedDots dots_;                         ///< of the plan; front to back if nothing else is made
+    std::vector<std::shared_ptr<const FragmentMaker>> makers_;
+    bool anyDots_ = false;  ///< or anything that makes some
     bool anyPoints_ = false;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel

@@ -110,7 +110,7 @@ struct LayerLowering {
     }
     void operator()(const MeshStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());
-        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], &out = out] {
+        out.last.emplace_back([&layer = layer(), &style, surface = scene.meshes[index], &out = out] {
             lowerMesh(layer, style, surface, out);
         });
     }

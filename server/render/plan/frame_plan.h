@@ -35,14 +35,17 @@ struct FramePlan {
     std::vector<PointsPlan> points = {};    ///< at most View::maxLayers, and so are fields
     std::vector<FieldPlan> fields = {};     ///< those of densities, then those of grids
     std::shared_ptr<const Dots> dots = {};  ///< in pixels of the plan; null: none
-    /// What is seen of surfaces, one list each; not null, not empty.
+    /// Pictures that drawings are made from, one list each; not null, not empty.
     std::vector<std::shared_ptr<const Fragments>> fragments = {};
+    /// Highlighted points and what is seen of surfaces, made where it is drawn; not null.
+    std::vector<std::shared_ptr<const FragmentMaker>> surfaces = {};
     /// What pens draw, in pixels of the plan, one list each; not null, not empty.
     std::vector<std::shared_ptr<const Strokes>> strokes = {};
 
     /// Whether anything stands at a depth of its own in a pixel: a dot, a fragment, a stroke.
     bool anyDots() const {
-        return (dots != nullptr && !dots->empty()) || !fragments.empty() || !strokes.empty();
+        return (dots != nullptr && !dots->empty()) || !fragments.empty() || !surfaces.empty() ||
+               !strokes.empty();
     }
     /// How many fields are of densities.
     std::size_t densities() const {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/screen_dots.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include <atomic>
 #include <cstdint>
+#include <new>
 #include <numeric>
-#include <span>
-#include <utility>
 
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/long_list.h"
@@ -42,22 +43,11 @@ void place(const List& list, std::span<const DepthSection> sections, std::size_t
     });
 }
 
-std::vector<Fragments> fragmentsOf(const FramePlan& plan) {
-    std::vector<Fragments> all;
-    for (const auto& strokes : plan.strokes) {
-        for (auto& part : strokeFragments(*strokes, plan.width, plan.height, nearLimit(plan.camera)))
-            all.push_back(std::move(part));
-    }
-    return all;
-}
-
 }  // namespace
 
 void placeDots(const FramePlan& plan, PlacedDots& placed) {
-    auto strokes = fragmentsOf(plan);
     std::size_t count = plan.dots ? plan.dots->size() : 0;
     for (const auto& fragments : plan.fragments) count += fragments->size();
-    for (const auto& fragments : strokes) count += fragments.size();
     resizeInTurns(placed.dots, count);
     resizeInTurns(placed.depths, count);
     std::size_t at = 0;
@@ -67,19 +57,49 @@ void placeDots(const FramePlan& plan, PlacedDots& placed) {
     };
     if (plan.dots) append(*plan.dots);
     for (const auto& fragments : plan.fragments) append(*fragments);
-    for (auto& fragments : strokes) append(std::exchange(fragments, {}));
 }
 
-std::vector<ScreenDot> screenDots(const FramePlan& plan) {
-    PlacedDots placed;
-    placeDots(plan, placed);
+std::vector<std::shared_ptr<const FragmentMaker>> makersOf(const FramePlan& plan) {
+    auto makers = plan.surfaces;
+    for (const auto& strokes : plan.strokes)
+        makers.push_back(std::make_shared<const StrokeFragments>(strokes, plan.width, plan.height,
+                                                                 nearLimit(plan.camera)));
+    return makers;
+}
+
+void placeMade(const std::vector<std::shared_ptr<const FragmentMaker>>& makers, const PixelRect& pixels,
+               std::span<const DepthSection> sections, PlacedDots& placed) {
+    Fragments fragments;
+    for (const auto& maker : makers) maker->make(pixels, fragments);
+    for (const auto& fragment : fragments) {
+        placed.dots.push_back(toScreen(fragment));
+        placed.dots.back().place = static_cast<float>(slabOf(sections, fragment.depth));
+        placed.depths.push_back(fragment.depth);
+    }
+}
+
+Fragments allOf(const FragmentMaker& maker, std::uint32_t width, std::uint32_t height) {
+    constexpr std::size_t most = std::size_t{1} << 26;  // 2 GB
+    std::vector<Fragments> rows(height);
+    std::atomic<std::size_t> count{0};
+    tbb::parallel_for(0U, height, [&](std::uint32_t row) {
+        maker.make({0, row, width, row + 1}, rows[row]);
+        if (count += rows[row].size(); count > most) throw std::bad_alloc();
+    });
+    Fragments all;
+    all.reserve(count);
+    for (auto& row : rows) {
+        all.insert(all.end(), row.begin(), row.end());
+        row = {};
+    }
+    return all;
+}
+
+std::vector<std::uint32_t> frontToBack(const PlacedDots& placed) {
     std::vector<std::uint32_t> order(placed.dots.size());
     std::iota(order.begin(), order.end(), 0U);
     tbb::parallel_sort(order, [&](std::uint32_t a, std::uint32_t b) { return placed.before(a, b); });
-    std::vector<ScreenDot> sorted;
-    sorted.reserve(order.size());
-    for (const auto index : order) sorted.push_back(placed.dots[index]);
-    return sorted;
+    return order;
 }
 
 }  // namespace mote::render

@@ -4,7 +4,10 @@
 // stands at a depth of its own: their depths told in slabs. Pure functions, shared by all devices.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "server/render/plan/frame_plan.h"
@@ -28,11 +31,23 @@ struct PlacedDots {
     }
 };
 
-/// The plan's dots, fragments and strokes, in this order, in place of what `placed` has. In turns
-/// (in_turns.h), on all threads of the calling arena. Throws std::bad_alloc.
+/// The plan's dots and fragments, in this order, in place of what `placed` has. In turns (in_turns.h), on all
+/// threads of the calling arena. Throws std::bad_alloc.
 void placeDots(const FramePlan& plan, PlacedDots& placed);
 
-/// The same front to back. Uses all threads of the calling arena. Throws std::bad_alloc.
-std::vector<ScreenDot> screenDots(const FramePlan& plan);
+/// The plan's surfaces and strokes, which lie behind those of their depth, in this order. In turns, on all
+/// threads of the calling arena. Throws std::bad_alloc.
+std::vector<std::shared_ptr<const FragmentMaker>> makersOf(const FramePlan& plan);
+
+/// Appends what they make of some pixels. Any thread. Throws std::bad_alloc.
+void placeMade(const std::vector<std::shared_ptr<const FragmentMaker>>& makers, const PixelRect& pixels,
+               std::span<const DepthSection> sections, PlacedDots& placed);
+
+/// All that a maker makes, on all threads of the calling arena. Throws std::bad_alloc, also if it is more
+/// than fits.
+Fragments allOf(const FragmentMaker& maker, std::uint32_t width, std::uint32_t height);
+
+/// The places of dots, front to back. Uses all threads of the calling arena.
+std::vector<std::uint32_t> frontToBack(const PlacedDots& placed);
 
 }  // namespace mote::render

@@ -192,6 +192,7 @@ Picture SharedPicture::take() {
 void SharedPicture::giveBack() {
     if (order_.flatPoints) return;
     parts_.points = std::move(points_);
+    dots_.forget();
     parts_.dots = std::move(dots_);
 }
 

@@ -248,6 +248,12 @@ FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat forma
                      .fieldSteps = {},
                      .plan = plan,
                      .colors = {}};
+    // Other ranks have no surfaces.
+    for (const auto& surface : std::exchange(order.plan.surfaces, {})) {
+        auto fragments = parts.arena.execute([&] { return allOf(*surface, plan.width, plan.height); });
+        if (!fragments.empty())
+            order.plan.fragments.push_back(std::make_shared<const Fragments>(std::move(fragments)));
+    }
     for (const auto& points : plan.points)
         order.pointSteps.push_back(nameOf(points.clips.empty() ? *points.step : *points.source));
     for (const auto& field : plan.fields) {

@@ -78,7 +78,7 @@ class FolderSource final : public server::StepSource {
             return Error{ErrorCode::resourceExhausted, "dataset", "takes too much memory"};
         return what.load(what.step, [] { return false; });
     }
-    std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
+    std::shared_ptr<storage::BlockBudget> budget() const { return budget_; }
     void beginPicture() override {
         if (budget_) budget_->beginGeneration();
     }

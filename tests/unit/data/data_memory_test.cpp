@@ -16,6 +16,10 @@ TEST(DataMemory, WhatIsNotForTheServerIsForData) {
 
 TEST(DataMemory, NoLimitIsAShareOfTheMachine) {
     EXPECT_GE(*dataMemory(0), 128 * mib);
+    for (const std::uint64_t memory : {512, 1024, 8192}) {
+        EXPECT_LT(*dataMemory(memory * mib) + pictureMemory(memory * mib), memory * mib);
+        EXPECT_GE(pictureMemory(memory * mib), 288 * mib) << "one of 8192 x 4096 and what it becomes";
+    }
 }
 
 TEST(DataMemory, TooLittleSaysWhatIsNeeded) {

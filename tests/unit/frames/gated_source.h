@@ -49,7 +49,6 @@ class GatedSource final : public StepSource {
         return residency_.get(gated);
     }
     void beginPicture() override { budget_->beginGeneration(); }
-    std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
 
     void open() {
         const std::lock_guard lock(mutex_);

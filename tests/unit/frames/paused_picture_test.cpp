@@ -33,10 +33,7 @@ class VolumeSource final : public StepSource {
     Result<Resident> resident(const AnyLoadable& what) override {
         return what.step == missing_ ? Resident{} : Resident{volume_};
     }
-    std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
-
-    std::shared_ptr<storage::BlockBudget> budget_;  ///< null: nobody counts
-    std::uint32_t missing_ = ~0U;                   ///< a step that is on its way
+    std::uint32_t missing_ = ~0U;  ///< a step that is on its way
 
   private:
     std::shared_ptr<const proto::Manifest> manifest_;
@@ -119,8 +116,9 @@ class PausedPicture : public testing::Test {
 
     Counts counts_;
     VolumeSource source_;
+    std::shared_ptr<PictureMemory> memory_ = std::make_shared<PictureMemory>(1 << 16, nullptr);
     PictureMaker maker_{[this] { return std::make_unique<PiecewiseDevice>(counts_); }, source_,
-                        render::DeviceCosts{}};
+                        render::DeviceCosts{}, render::WorkInTurns::shortTurn, memory_};
     PictureHistory history_{QualityController(30.0)}, others_{QualityController(30.0)};
     std::stop_source pause_;
 };
@@ -146,15 +144,15 @@ TEST_F(PausedPicture, IsGoneOnWithThoughOthersWereDrawnMeanwhile) {
 
 /// It is made of two, each of three turns.
 TEST_F(PausedPicture, BetweenStepsIsGoneOnWithWhereverItWas) {
-    source_.budget_ = std::make_shared<storage::BlockBudget>(1 << 20);
     auto task = std::make_shared<ViewTask>(*taskOf(16));
     task->view.layers[0].towards = Towards{1, 0.5};
-    constexpr std::uint64_t part = 16 * 8 * 8;  // bytes
-    for (const std::uint64_t kept : {part, part, part, 2 * part, 2 * part}) {
+    // Bytes of what is finished of it, and of one under way with what it becomes.
+    constexpr std::uint64_t part = 16 * 8 * 8, whole = 16 * 8 * (8 + 5);
+    for (const std::uint64_t kept : {whole, whole, whole, part + whole, part + whole}) {
         const auto made = maker_.make(jobOf(task, true), history_);
         ASSERT_TRUE(made.ok()) << made.error().toString();
         EXPECT_FALSE(made->picture || made->waits);
-        EXPECT_EQ(source_.budget_->resident(), kept);
+        EXPECT_EQ(memory_->taken(), kept);
         ASSERT_TRUE(maker_.make(jobOf(taskOf(4), false, Stage::quick), others_)->picture);
     }
     const auto made = maker_.make(jobOf(task, true), history_);
@@ -162,12 +160,12 @@ TEST_F(PausedPicture, BetweenStepsIsGoneOnWithWhereverItWas) {
     EXPECT_EQ(made->picture->picture.width, 16U);
     EXPECT_EQ(made->picture->picture.pixels.size(), 16U * 8 * 4);
     EXPECT_EQ(counts_.begun, 7) << "two of it, and the five others";
-    EXPECT_EQ(source_.budget_->resident(), 0U);
+    EXPECT_EQ(memory_->taken(), made->picture->memory.bytes());
     // Nobody wants the next one any more.
     ASSERT_FALSE(maker_.make(jobOf(std::make_shared<ViewTask>(*task), true), history_)->picture);
     ASSERT_TRUE(maker_.make(jobOf(taskOf(4), false), history_)->picture);
     EXPECT_EQ(counts_.gone, counts_.begun);
-    EXPECT_EQ(source_.budget_->resident(), 0U);
+    EXPECT_EQ(memory_->taken(), made->picture->memory.bytes());
 }
 
 TEST_F(PausedPicture, BetweenStepsWaitsForTheOneThatIsNotThere) {
@@ -209,29 +207,44 @@ TEST_F(PausedPicture, IsBegunAnewOnANewDevice) {
     EXPECT_EQ(counts_.begun, 4);
 }
 
-TEST_F(PausedPicture, IsCountedWhileItWaits) {
-    source_.budget_ = std::make_shared<storage::BlockBudget>(1 << 20);
+TEST_F(PausedPicture, IsCountedUntilItIsSent) {
     const auto large = taskOf(16);
     ASSERT_FALSE(maker_.make(jobOf(large, true), history_)->picture);
-    EXPECT_EQ(source_.budget_->resident(), 16u * 8 * 4);
+    const std::uint64_t most = memory_->taken();
+    EXPECT_GE(most, 16u * 8 * 4);
     ASSERT_FALSE(maker_.make(jobOf(large, true), history_)->picture);
-    EXPECT_EQ(source_.budget_->resident(), 16u * 8 * 4);
-    ASSERT_TRUE(maker_.make(jobOf(large, true), history_)->picture);
-    EXPECT_EQ(source_.budget_->resident(), 0u);
+    EXPECT_EQ(memory_->taken(), most);
+    auto made = maker_.make(jobOf(large, true), history_);
+    ASSERT_TRUE(made->picture);
+    EXPECT_GE(memory_->taken(), 16u * 8 * 4);
+    made->picture.reset();
+    EXPECT_EQ(memory_->taken(), 0u);
 }
 
-TEST_F(PausedPicture, GivesWayNoMoreWhereThereIsNoRoomToKeepIt) {
-    source_.budget_ = std::make_shared<storage::BlockBudget>(100);
+TEST_F(PausedPicture, WaitsWhileOthersHaveTheMemory) {
+    auto others = *memory_->take(1 << 16);
     const auto large = taskOf(16);
-    ASSERT_FALSE(maker_.make(jobOf(large, true), history_)->picture);
-    EXPECT_EQ(history_.draft, nullptr);
-    EXPECT_EQ(source_.budget_->resident(), 0u);
-    const auto made = maker_.make(jobOf(large, true), history_);
-    ASSERT_TRUE(made.ok() && made->picture) << "or it would never be done";
-    EXPECT_EQ(counts_.begun, 2);
+    const auto made = maker_.make(jobOf(large, false), history_);
+    ASSERT_TRUE(made.ok()) << made.error().toString();
+    EXPECT_TRUE(made->waits && !made->picture && made->until);
+    EXPECT_EQ(counts_.begun, 0);
+    int told = 0;
+    memory_->whenGivenBack([&] { ++told; });
+    others = {};
+    EXPECT_EQ(told, 1);
+    EXPECT_TRUE(maker_.make(jobOf(large, false), history_)->picture);
 }
 
-TEST_F(PausedPicture, IsPlannedInTurnsWhereThatTakesLongAndThereIsRoom) {
+TEST_F(PausedPicture, ThatTakesMoreThanThereIsIsRefusedBeforeItIsBegun) {
+    const auto made = maker_.make(jobOf(taskOf(1 << 12), false), history_);
+    ASSERT_FALSE(made.ok());
+    EXPECT_EQ(made.error().code, ErrorCode::resourceExhausted);
+    EXPECT_NE(made.error().message.find("4096 x 8 pixels"), std::string::npos) << made.error().message;
+    EXPECT_EQ(counts_.begun, 0);
+    EXPECT_EQ(memory_->taken(), 0u);
+}
+
+TEST_F(PausedPicture, IsPlannedInTurnsWhereThatTakesLong) {
     const auto inked = std::make_shared<ViewTask>(*taskOf(16));
     inked->view.layers[0].style = *parseInkStyle({}, glm::dvec3(0.0));
     const auto job = jobOf(inked, true);
@@ -242,21 +255,13 @@ TEST_F(PausedPicture, IsPlannedInTurnsWhereThatTakesLongAndThereIsRoom) {
         history.exactPoints = 7.0;
         return Result<std::unique_ptr<Draft>>(std::make_unique<Draft>());
     };
-    auto planning = std::make_unique<Planning>(job, history_, make, render::WorkInTurns::Duration(0));
-    const auto budget = std::make_shared<storage::BlockBudget>(1 << 20);
-    EXPECT_TRUE(planning->hold(budget));
-    EXPECT_TRUE(planning->hold(budget));
-    EXPECT_EQ(budget->resident(), 16u * 8 * 64);
-    EXPECT_TRUE(planning->advance({}));
+    Planning planning(job, history_, make, render::WorkInTurns::Duration(0));
+    EXPECT_TRUE(planning.advance({}));
     EXPECT_EQ(history_.exactPoints, 0.0);
     Making why;
-    const auto draft = planning->take(history_, why);
+    const auto draft = planning.take(history_, why);
     EXPECT_TRUE(draft.ok() && *draft);
     EXPECT_EQ(history_.exactPoints, 7.0);
-    planning.reset();
-    EXPECT_EQ(budget->resident(), 0u);
-    const auto small = std::make_shared<storage::BlockBudget>(100);
-    EXPECT_FALSE(Planning(job, history_, make, {}).hold(small));
 }
 
 TEST_F(PausedPicture, ThatIsStoppedBeforeItBeganLeavesNothing) {

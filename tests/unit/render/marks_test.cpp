@@ -31,10 +31,16 @@ Scene highlighted(const std::vector<glm::dvec3>& places, const std::string& more
     return scene;
 }
 
+Fragments highlightOf(const FramePlan& plan) {
+    Fragments fragments;
+    plan.surfaces.at(0)->make({0, 0, plan.width, plan.height}, fragments);
+    return fragments;
+}
+
 /// Brightness of the highlight's fragments from left to right, over that of its colour.
 std::vector<double> shadesOf(const Scene& scene, const Quality& quality = Quality::exact()) {
     const auto plan = makeFramePlan(scene, quality);
-    auto fragments = *plan.fragments.at(0);
+    auto fragments = highlightOf(plan);
     std::ranges::sort(fragments, {}, &Fragment::column);
     std::vector<double> shades;
     const double whole = scene.view.layers[0].highlight->color.y;
@@ -72,7 +78,7 @@ TEST(Highlight, AnEdgeOfANearDiscDoesNotShadeAFarOneUnderIt) {
                                    "'highlight': {'selection': {}, 'sizePixels': 8}");
     const auto plan = makeFramePlan(scene, Quality::exact());
     const double whole = scene.view.layers[0].highlight->color.y;
-    for (const auto& one : *plan.fragments.at(0)) {
+    for (const auto& one : highlightOf(plan)) {
         const double fromNear = std::hypot(one.column + 0.5 - 32.0, one.row + 0.5 - 32.0);
         const double fromFar = std::hypot(one.column + 0.5 - 38.2, one.row + 0.5 - 32.0);
         const double shade = static_cast<double>(one.color.y) / whole;

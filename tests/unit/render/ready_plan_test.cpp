@@ -95,9 +95,9 @@ TEST(ReadyPlan, TheShareGrowsWithWhatIsReadyAndStopsAtWhatWasAskedFor) {
 TEST(ReadyPlan, ASurfaceIsNotLookedForWhereThePictureWaits) {
     const char* layers = "{'mesh': {}}, {'particles': {}}";
     const auto mesh = test::meshOf("sphere", 0, 0);
-    EXPECT_TRUE(planOf(0, 1.0, layers, mesh).fragments.empty());
-    EXPECT_EQ(planOf(0, 1e-3, layers, mesh).fragments.size(), 1U) << "nothing is missing";
-    EXPECT_EQ(planOf(0, 0.5, layers, mesh).fragments.size(), 1U) << "a picture in motion is drawn as it is";
+    EXPECT_TRUE(planOf(0, 1.0, layers, mesh).surfaces.empty());
+    EXPECT_EQ(planOf(0, 1e-3, layers, mesh).surfaces.size(), 1U) << "nothing is missing";
+    EXPECT_EQ(planOf(0, 0.5, layers, mesh).surfaces.size(), 1U) << "a picture in motion is drawn as it is";
 }
 
 TEST(ReadyPlan, OpacityMakesUpForTheShare) {

@@ -2,13 +2,10 @@
 #include "server/render/layers/mesh/lower_mesh.h"
 
 #include <array>
-#include <atomic>
 #include <new>
 #include <utility>
 
 #include "server/render/layers/mesh/mesh_sight.h"
-#include "server/render/plan/in_turns.h"
-#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -16,26 +13,27 @@ namespace {
 // What is behind less is not seen, as of all that rays meet.
 constexpr double opaque = 5e-5;
 
-/// Fragments of a layer, and meetings of a pixel, at most: 2 GB and 48 MB.
-constexpr std::size_t mostFragments = std::size_t{1} << 26, mostMeetings = std::size_t{1} << 20;
+/// Fragments of a tile, and meetings of a pixel, at most: 256 and 48 MB.
+constexpr std::size_t mostFragments = std::size_t{1} << 23, mostMeetings = std::size_t{1} << 20;
 
-/// The fragments of part of a row, one thread's.
-class Band {
+/// Makes the fragments of some pixels, one thread's.
+class PixelLooks {
   public:
     /// `firstOnly`: nothing is seen behind what a ray meets first.
-    Band(const MeshSight& sight, const MeshRays& rays, bool firstOnly, const PixelFragments& fragments)
+    PixelLooks(const MeshSight& sight, const MeshRays& rays, bool firstOnly, const PixelFragments& pixel,
+               Fragments& fragments)
         : sight_(sight),
           mesh_(rays),
           firstOnly_(firstOnly),
-          samples_(fragments.samples()),
-          pixels_(MeshRays::packet / samples_, fragments) {}
+          samples_(pixel.samples()),
+          pixels_(MeshRays::packet / samples_, pixel),
+          fragments_(fragments) {}
 
-    void draw(std::uint32_t row, std::uint32_t from, std::uint32_t to, const std::stop_token& stop) {
+    void look(std::uint32_t row, std::uint32_t from, std::uint32_t to) {
         const auto step = static_cast<std::uint32_t>(pixels_.size());
-        for (std::uint32_t column = from; column < to && !isStopped(stop); column += step)
+        for (std::uint32_t column = from; column < to; column += step)
             drawPacket(column, std::min(to - column, step), row);
     }
-    Fragments take() { return std::exchange(fragments_, {}); }
 
   private:
     /// `count` pixels from a column on.
@@ -81,7 +79,39 @@ class Band {
     std::array<SightRay, MeshRays::packet> rays_;  // of its samples, pixel by pixel
     std::array<MeshRay, MeshRays::packet> inLayer_;
     std::vector<MeshMeeting> met_;
-    Fragments fragments_;
+    Fragments& fragments_;
+};
+
+/// A layer's, as it is looked at.
+class SurfaceFragments : public FragmentMaker {
+  public:
+    SurfaceFragments(std::shared_ptr<const MeshSurface> surface, const MeshSight& sight,
+                     const PixelFragments& pixel, bool firstOnly)
+        : surface_(std::move(surface)),
+          sight_(sight),
+          touched_(sight.touched()),
+          pixel_(pixel),
+          firstOnly_(firstOnly) {}
+
+    void make(const PixelRect& pixels, Fragments& fragments) const override {
+        const PixelRect seen{std::max(pixels.left, touched_.left), std::max(pixels.top, touched_.top),
+                             std::min(pixels.right, touched_.right),
+                             std::min(pixels.bottom, touched_.bottom)};
+        if (seen.empty()) return;
+        PixelLooks looks(sight_, surface_->rays(), firstOnly_, pixel_, fragments);
+        const std::size_t before = fragments.size();
+        for (auto row = seen.top; row < seen.bottom; ++row) {
+            looks.look(row, seen.left, seen.right);
+            if (fragments.size() - before > mostFragments) throw std::bad_alloc();
+        }
+    }
+
+  private:
+    std::shared_ptr<const MeshSurface> surface_;
+    MeshSight sight_;
+    PixelRect touched_;
+    PixelFragments pixel_;
+    bool firstOnly_;
 };
 
 }  // namespace
@@ -117,34 +147,18 @@ void PixelFragments::take(std::uint32_t column, std::uint32_t row, Fragments& fr
     hits_.clear();
 }
 
-void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& surface, Lowering& out) {
+void lowerMesh(const Layer& layer, const MeshStyle& style, std::shared_ptr<const MeshSurface> surface,
+               Lowering& out) {
     const FramePlan& plan = out.plan;
-    const MeshSight sight(plan, layer.transform, style, surface, out.pixels, layer.clips());
-    const PixelRect rect = sight.touched();
+    const MeshSight sight(plan, layer.transform, style, *surface, out.pixels, layer.clips());
     const double opacity = style.opacity() * layer.opacity;
-    if (!(opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;
+    if (!(opacity > 0.0) || sight.touched().empty()) return;
     const PixelFragments pixel(plan.exact ? PixelFragments::mostSamples : 1, opacity,
                                (sight.farDepth() - sight.nearDepth()) / out.slabs);
     const bool firstOnly = !style.wire() && opacity == 1.0;
-    const std::uint32_t width = rect.right - rect.left, height = rect.bottom - rect.top;
-    std::vector<Fragments> bands(partsOfRows(width, height));
-    std::atomic<std::size_t> count{0};
-    forPixelsInTurns(width, height, [&](std::uint32_t row, std::uint32_t from, std::uint32_t to) {
-        Band band(sight, surface.rays(), firstOnly, pixel);
-        band.draw(rect.top + row, rect.left + from, rect.left + to, out.stop);
-        auto& made = bands[partOfRows(width, row, from)];
-        made = band.take();
-        if (count += made.size(); count > mostFragments) throw std::bad_alloc();
-    });
-    auto all = std::make_shared<Fragments>();
-    all->reserve(count);
-    for (const auto& band : bands) {
-        giveWay();
-        all->insert(all->end(), band.begin(), band.end());
-    }
-    if (all->empty()) return;
     out.addDots(sight.nearDepth(), sight.farDepth());
-    out.plan.fragments.push_back(std::move(all));
+    out.plan.surfaces.push_back(
+        std::make_shared<const SurfaceFragments>(std::move(surface), sight, pixel, firstOnly));
 }
 
 }  // namespace mote::render

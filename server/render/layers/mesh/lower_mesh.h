@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "server/render/layers/lowering.h"
@@ -20,8 +21,8 @@ namespace mote::render {
 class PixelFragments {
   public:
     static constexpr std::uint32_t mostSamples = 8;
-    /// Where a pixel is looked through at rest (docs/PICTURE.md), from its centre, in sixteenths of it; in motion
-    /// it is looked through at its centre.
+    /// Where a pixel is looked through at rest (docs/PICTURE.md), from its centre, in sixteenths of it; in
+    /// motion it is looked through at its centre.
     static constexpr std::array<std::array<int, 2>, mostSamples> places{
         {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}}};
 
@@ -52,8 +53,8 @@ class PixelFragments {
     std::vector<Hit> hits_;
 };
 
-/// Uses all threads of the calling arena; the same fragments on any number of them. Throws std::bad_alloc,
-/// also if a surface of many layers would make more fragments than fit.
-void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& surface, Lowering& out);
+/// Its fragments are made where they are drawn.
+void lowerMesh(const Layer& layer, const MeshStyle& style, std::shared_ptr<const MeshSurface> surface,
+               Lowering& out);
 
 }  // namespace mote::render

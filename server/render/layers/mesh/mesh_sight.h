@@ -30,11 +30,6 @@ struct MeshHit {
     glm::dvec3 normal;  ///< eye space, unit, on the side that is seen
 };
 
-/// Pixels of a picture: columns [left, right), rows [top, bottom).
-struct PixelRect {
-    std::uint32_t left = 0, top = 0, right = 0, bottom = 0;
-};
-
 class MeshSight {
   public:
     /// `plan`: its size and its camera are told. `pixels`: of the plan, a pixel of the view. `clips`: what of

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "protocol/scene/drawn_points.h"
@@ -142,7 +143,9 @@ class HighlightSums {
         return 1.0 - (1.0 - darkest) * std::min(place, 1.0);
     }
     std::uint32_t width() const { return width_; }
-    std::size_t pixels() const { return pixels_.size(); }
+    bool any() const {
+        return std::any_of(pixels_.begin(), pixels_.end(), [](const Pixel& one) { return one.sum > 0; });
+    }
 
   private:
     struct Pixel {
@@ -181,10 +184,34 @@ class HighlightSums {
     }
 
     std::uint32_t width_, height_;
-    const Camera& camera_;
+    Camera camera_;
     double nearest_, size_, opacity_, whole_;
     ShadedDepths shaded_;
     std::vector<Pixel> pixels_;
+};
+
+/// What they are in each pixel.
+class HighlightFragments : public FragmentMaker {
+  public:
+    HighlightFragments(HighlightSums sums, const glm::dvec3& color, double opacity, double depth)
+        : sums_(std::move(sums)), color_(color), opacity_(opacity), depth_(depth) {}
+
+    void make(const PixelRect& pixels, Fragments& fragments) const override {
+        for (auto row = pixels.top; row < pixels.bottom; ++row) {
+            for (auto column = pixels.left; column < pixels.right; ++column) {
+                const std::size_t pixel = std::size_t{row} * sums_.width() + column;
+                const auto opacity = static_cast<float>(-std::expm1(-opacity_ * sums_.depthAt(pixel)));
+                if (opacity > 0.0F)
+                    fragments.push_back(
+                        {column, row, depth_, opacity, glm::vec3(sums_.shadeAt(pixel) * color_)});
+            }
+        }
+    }
+
+  private:
+    HighlightSums sums_;
+    glm::dvec3 color_;
+    double opacity_, depth_;
 };
 
 }  // namespace
@@ -205,16 +232,9 @@ void lowerHighlight(const Layer& layer, const Highlight& highlight, const Partic
     forDrawn(points, boxToEye, share, moments);
     HighlightSums sums(plan, look, moments.shaded());
     forDrawn(points, boxToEye, share, sums);
-    auto fragments = std::make_shared<Fragments>();
-    for (std::size_t pixel = 0; pixel < sums.pixels(); ++pixel) {
-        const auto opacity = static_cast<float>(-std::expm1(-layer.opacity * sums.depthAt(pixel)));
-        if (!(opacity > 0.0F)) continue;
-        fragments->push_back({static_cast<std::uint32_t>(pixel % sums.width()),
-                              static_cast<std::uint32_t>(pixel / sums.width()), depth, opacity,
-                              glm::vec3(sums.shadeAt(pixel) * highlight.color)});
-    }
-    if (fragments->empty()) return;
-    plan.fragments.push_back(std::move(fragments));
+    if (!sums.any()) return;
+    plan.surfaces.push_back(
+        std::make_shared<const HighlightFragments>(std::move(sums), highlight.color, layer.opacity, depth));
     out.addDots(depth, depth);
 }
 
