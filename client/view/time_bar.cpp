@@ -42,7 +42,7 @@ float TimeBar::height(float scale) {
 
 void TimeBar::drawTrack(ViewModel& model, const std::vector<double>& times, float width,
                         PanelActions& actions) const {
-    const int steps = model.steps();
+    const int steps = model.timedSteps();
     const bool timed = byTime_ && times.size() == static_cast<std::size_t>(steps);
     const auto shareOf = [&](int step) {
         if (!timed) return static_cast<double>(step) / (steps - 1);
@@ -61,7 +61,7 @@ void TimeBar::drawTrack(ViewModel& model, const std::vector<double>& times, floa
     for (int step = 0; step < steps; step += stride)
         draw.AddLine({across(step), origin.y + 0.55F * height}, {across(step), origin.y + height},
                      IM_COL32(255, 255, 255, 70));
-    const auto shown = std::min(static_cast<int>(model.step()), steps - 1);
+    const auto shown = std::min(static_cast<int>(model.timedLayer().step()), steps - 1);
     draw.AddRectFilled({across(shown) - 0.4F * edge, origin.y},
                        {across(shown) + 0.4F * edge, origin.y + height}, IM_COL32(90, 160, 255, 255), 3.0F);
     if (!ImGui::IsItemActive()) return;
@@ -70,8 +70,8 @@ void TimeBar::drawTrack(ViewModel& model, const std::vector<double>& times, floa
     for (int step = 1; step < steps; ++step) {
         if (std::abs(across(step) - mouse) < std::abs(across(nearest) - mouse)) nearest = step;
     }
-    if (nearest == static_cast<int>(model.step())) return;
-    model.setStep(static_cast<std::uint32_t>(nearest));
+    if (nearest == static_cast<int>(model.timedLayer().step())) return;
+    model.setTimedStep(static_cast<std::uint32_t>(nearest));
     actions.viewChanged = true;
 }
 
@@ -94,8 +94,8 @@ void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<doubl
     button(playback.playing ? "Pause" : "Play", "Play or pause");
     button(">##time", "Next step");
     button(">|##time", "Last step");
-    const auto shown = static_cast<std::size_t>(model.step());
-    std::string said = fmt::format("step {} of {}", shown, model.steps() - 1);
+    const auto shown = static_cast<std::size_t>(model.timedLayer().step());
+    std::string said = fmt::format("step {} of {}", shown, model.timedSteps() - 1);
     if (shown < times.size()) said += fmt::format(", t = {:.5g} s", times[shown]);
     ImGui::AlignTextToFramePadding();
     text(said);

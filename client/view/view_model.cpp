@@ -237,14 +237,26 @@ std::optional<proto::Towards> ViewModel::towards() const {
     return layer().has_towards() ? std::optional(layer().towards()) : std::nullopt;
 }
 
-void ViewModel::setStep(std::uint32_t step) {
-    const auto before = layer().step();
-    if (step == before) return;
+int ViewModel::timed() const {
+    if (steps() > 1) return chosen_;
+    for (int i = 0; i < message_.layers_size(); ++i) {
+        if (stepsOf(message_.layers(i).dataset()) > 1) return i;
+    }
+    return chosen_;
+}
+
+const proto::Layer& ViewModel::timedLayer() const {
+    return message_.layers().empty() ? layer() : message_.layers(timed());
+}
+
+void ViewModel::goTo(int index, std::uint32_t step) {
+    if (message_.layers().empty() || step == message_.layers(index).step()) return;
+    const auto before = message_.layers(index).step();
     for (int i = 0; i < message_.layers_size(); ++i) {
         auto& each = *message_.mutable_layers(i);
         const bool along =
             each.step() == before && step < static_cast<std::uint32_t>(stepsOf(each.dataset()));
-        if (i != chosen_ && !along) continue;
+        if (i != index && !along) continue;
         each.clear_towards();
         each.set_step(step);
     }

@@ -98,7 +98,13 @@ class ViewModel {
     std::optional<proto::Towards> towards() const;
     /// A layer that was loaded between steps is there no more once another is chosen. Other layers at the
     /// same step that have the new one go along.
-    void setStep(std::uint32_t step);
+    void setStep(std::uint32_t step) { goTo(chosen_, step); }
+
+    // The same of the layer whose steps are played: the chosen one, or the first that has several.
+
+    const proto::Layer& timedLayer() const;
+    int timedSteps() const { return stepsOf(timedLayer().dataset()); }
+    void setTimedStep(std::uint32_t step) { goTo(timed(), step); }
 
     /// What is edited of it, by its kind.
     LayerEditor& editor() { return *editor_; }
@@ -122,6 +128,8 @@ class ViewModel {
     NumbersModel numbers;               ///< selections, colours by a column, annotations
 
   private:
+    int timed() const;
+    void goTo(int index, std::uint32_t step);
     /// Edits another layer, or the same one anew.
     void adopt(int chosen);
     /// True if the layer was of another kind.

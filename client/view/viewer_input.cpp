@@ -135,7 +135,7 @@ void Viewer::copyCommand() {
 }
 
 float Viewer::timeHeight() const {
-    return panelShown_ && model_.steps() > 1 ? TimeBar::height(window_.contentScale()) : 0.0F;
+    return panelShown_ && model_.timedSteps() > 1 ? TimeBar::height(window_.contentScale()) : 0.0F;
 }
 
 float Viewer::filmHeight() const {
@@ -279,16 +279,17 @@ void Viewer::addOlderJobs() {
 void Viewer::play() {
     if (!server_.shown) return;
     const bool seen = server_.frame && server_.frame->view_id() == sentView_;
-    const auto step = playback_.next(ImGui::GetTime(), model_.step(), model_.steps(), seen);
+    const auto step = playback_.next(ImGui::GetTime(), model_.timedLayer().step(), model_.timedSteps(), seen);
     if (!step) return;
-    model_.setStep(*step);
+    model_.setTimedStep(*step);
     dirty_ = true;
 }
 
 void Viewer::drawTime(const Area& area) {
     if (timeHeight() <= 0.0F) return;
     PanelActions actions;
-    const auto times = shownManifest() != nullptr ? stepTimes(*shownManifest()) : std::vector<double>();
+    const auto* timed = film_.description(model_.timedLayer().dataset());
+    const auto times = timed != nullptr ? stepTimes(timed->manifest()) : std::vector<double>();
     timeBar_.draw(model_, playback_, times, {0.0F, area.height, area.width, window_.contentScale()}, actions);
     apply(actions);
 }
@@ -375,9 +376,10 @@ void Viewer::makeCommands() {
         "Time", "Next step", "Right", [this] { goSteps(1); }, true);
     add(
         "Time", "Step before", "Left", [this] { goSteps(-1); }, true);
-    add("Time", "First step", "Home", [this] { goSteps(-static_cast<std::int64_t>(model_.step())); });
+    add("Time", "First step", "Home",
+        [this] { goSteps(-static_cast<std::int64_t>(model_.timedLayer().step())); });
     add("Time", "Last step", "End",
-        [this] { goSteps(model_.steps() - 1 - static_cast<std::int64_t>(model_.step())); });
+        [this] { goSteps(model_.timedSteps() - 1 - static_cast<std::int64_t>(model_.timedLayer().step())); });
     add("Time", "Play or pause", "Space", [this] { playback_.playing = !playback_.playing; });
     add("Window", "Panel", "Tab", [this] { panelShown_ = !panelShown_; });
     add("Window", "Film", "K", [this] { filmShown_ = !filmShown_; });
@@ -420,9 +422,9 @@ void Viewer::setCamera(const Camera& camera) {
 }
 
 void Viewer::goSteps(std::int64_t steps) {
-    const auto wanted = static_cast<std::int64_t>(model_.step()) + steps;
-    if (steps == 0 || wanted < 0 || wanted >= model_.steps()) return;
-    model_.setStep(static_cast<std::uint32_t>(wanted));
+    const auto wanted = static_cast<std::int64_t>(model_.timedLayer().step()) + steps;
+    if (steps == 0 || wanted < 0 || wanted >= model_.timedSteps()) return;
+    model_.setTimedStep(static_cast<std::uint32_t>(wanted));
     dirty_ = true;
 }
 

@@ -299,7 +299,9 @@ class Desk(unittest.TestCase):
     def test_19_each_layer_has_its_editor(self):
         viewer = self.beam()
         self.add(viewer, "data/ct  (hybrid)")
-        viewer.see("representation")
+        viewer.see("own range of colours")
+        viewer.key("Right")  # the beam's steps, for the volume has none
+        viewer.shows(lambda view: view["layers"][0].get("step") == 1 and "step" not in view["layers"][1])
         viewer.press("data/beam  particles")
         viewer.see("Volume: opacity over log density")
 
@@ -372,13 +374,13 @@ class Desk(unittest.TestCase):
 
     def test_25_a_drag_turns_about_what_is_under_the_pointer(self):
         viewer = self.beam()
-        viewer.drag((470, 690), (471, 690), button=3)  # says the camera
+        viewer.drag((470, 600), (471, 600), button=3)  # says the camera
         one = viewer.shows(lambda view: "camera" in view)["camera"]
         viewer.drag((640, 300), (700, 300))
         other = viewer.shows(lambda view: view["camera"] != one)["camera"]
         self.assertNotAlmostEqual(one["target"][0], other["target"][0], 3)
         # One place is where it was before, and that is under the pointer.
-        at = numpy.array([(640 - 470) / 720, (360 - 300) / 720])
+        at = numpy.array([(640 - 470) / 688, (344 - 300) / 688])  # the picture is above the time bar
         eye, target = numpy.array(one["eye"]), numpy.array(one["target"])
         ahead = (target - eye) / numpy.linalg.norm(target - eye)
         right = numpy.cross(ahead, one["up"])
@@ -391,7 +393,7 @@ class Desk(unittest.TestCase):
 
     def test_26_the_wheel_goes_to_what_is_under_the_pointer(self):
         viewer = self.beam()
-        viewer.drag((470, 690), (471, 690), button=3)
+        viewer.drag((470, 600), (471, 600), button=3)
         one = viewer.shows(lambda view: "camera" in view)["camera"]
         viewer.wheel(640, 300, 4)
         other = viewer.shows(lambda view: view["camera"] != one)["camera"]
@@ -414,7 +416,7 @@ class Desk(unittest.TestCase):
 
     def test_28_a_click_on_the_triad_looks_along_an_axis(self):
         viewer = self.beam()
-        viewer.click(74, 678)  # x's end
+        viewer.click(73, 646)  # x's end
         view = viewer.shows(lambda view: "camera" in view)
         way = numpy.subtract(view["camera"]["eye"], view["camera"]["target"])
         self.assertGreater(way[0], 0.999 * numpy.linalg.norm(way))
@@ -620,6 +622,7 @@ class Desk(unittest.TestCase):
     def test_51_a_style_is_copied_to_another_layer(self):
         viewer = self.beam()
         viewer.press("Duplicate")
+        viewer.shows(lambda view: len(view.get("layers", ())) == 2)
         viewer.press("inferno", within=(PANEL, 560, 1160, 720))
         viewer.press("viridis")
         viewer.shows(lambda view: view and view["layers"][1]["particles"]["volume"]["colorMap"] == "viridis")

@@ -216,13 +216,16 @@ class Viewer:
         return left + x + pattern.shape[1] // 2, top + y + size // 2
 
     def see(self, word, patience=PATIENCE, **how):
-        """The same, once it is there."""
+        """The same, once it is there, and stays where it is for two looks."""
         end = time.monotonic() + patience
+        before = None
         while time.monotonic() < end:
             at = self.where(word, **how)
-            if at:
+            if at and at == before:
                 return at
+            before = at
             self.alive()
+            time.sleep(0.05)
         self.keep("unseen.png")
         raise AssertionError(f"'{word}' is not to be seen; see {self.folder}/unseen.png")
 

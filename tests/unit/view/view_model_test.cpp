@@ -425,6 +425,17 @@ TEST(ViewModel, LayersAtOneStepGoOnTogether) {
     EXPECT_EQ(model.layers()[0].step(), 2U);
 }
 
+TEST(ViewModel, StepsArePlayedOfALayerThatHasThem) {
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(3));
+    model.addLayer("data/teapot", surface());
+    EXPECT_EQ(model.steps(), 0);
+    EXPECT_EQ(model.timedSteps(), 3);
+    model.setTimedStep(2);
+    EXPECT_EQ(model.layers()[0].step(), 2U);
+    EXPECT_EQ(model.layers()[1].step(), 0U);
+}
+
 TEST(ViewModel, TheCameraIsTheServersUntilItIsMoved) {
     ViewModel model;
     model.setDataset("data/beam", plotOf(1));
