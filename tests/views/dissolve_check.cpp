@@ -17,8 +17,9 @@ proto::View dissolved(const proto::View& view) {
     int room = View::maxLayers - view.layers_size();
     for (const auto& layer : view.layers()) {
         auto& first = *result.add_layers() = layer;
-        // Paths are ink, which two layers show twice.
-        const bool matter = (layer.has_particles() && !layer.has_paths()) || layer.has_hybrid();
+        // Paths are ink, which two layers show twice, and so are surfaces.
+        const bool matter = (layer.has_particles() && !layer.has_paths()) ||
+                            (layer.has_hybrid() && layer.hybrid().shows().empty());
         if (room == 0 || !matter) continue;
         --room;
         const double opacity = layer.has_opacity() ? layer.opacity() : 1.0;
