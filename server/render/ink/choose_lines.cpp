@@ -276,13 +276,22 @@ class ContourMaker {
         for (const auto& line : chosen_.lines) mark(line);
     }
 
-    /// What is drawn more.
-    std::vector<InkLine> make(const std::stop_token& stop) {
-        takeLeft([&](const LinePoint& from, const LinePoint& to) {
+    /// What is drawn more. `carry`: by which those come first that were drawn before; or null.
+    std::vector<InkLine> make(const Carry* carry, const std::stop_token& stop) {
+        const auto isOuter = [&](const LinePoint& from, const LinePoint& to) {
             return from.step >= static_cast<double>(outerStep) && !isAlongInk(from, to);
-        });
-        if (isStopped(stop) || sight_.values.empty() || !findGaps()) return std::move(more_);
-        takeLeft([&](const LinePoint& from, const LinePoint& to) { return isAtGap(from, to); });
+        };
+        const bool gaps = !sight_.values.empty() && findGaps();
+        if (carry != nullptr) {
+            const auto before = carry->linesBefore(chosen_.left);
+            takeLeft([&](const LinePoint& from, const LinePoint& to, std::size_t line, std::size_t segment) {
+                return before[line][segment] == LineBefore::drawn &&
+                       (isOuter(from, to) || (gaps && isAtGap(from, to)));
+            });
+        }
+        takeLeft([&](const LinePoint& from, const LinePoint& to, auto...) { return isOuter(from, to); });
+        if (isStopped(stop) || !gaps) return std::move(more_);
+        takeLeft([&](const LinePoint& from, const LinePoint& to, auto...) { return isAtGap(from, to); });
         if (!isStopped(stop) && findGaps()) drawBorders(stop);
         return std::move(more_);
     }
@@ -331,7 +340,8 @@ class ContourMaker {
     template <class Wants>
     void takeLeft(const Wants& wants) {
         std::vector<InkLine> left;
-        for (auto& line : chosen_.left) {
+        for (std::size_t number = 0; number < chosen_.left.size(); ++number) {
+            const auto& line = chosen_.left[number];
             giveWay();
             bool taken = false;
             InkLine part{line.kind, {}, line.rank};
@@ -343,7 +353,7 @@ class ContourMaker {
                 part.points.clear();
             };
             for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
-                const bool take = wants(line.points[i], line.points[i + 1]);
+                const bool take = wants(line.points[i], line.points[i + 1], number, i);
                 if (take != taken) end();
                 taken = take;
                 if (part.points.empty()) part.points.push_back(line.points[i]);
@@ -490,7 +500,7 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
 
 void makeContoursWhole(const Raster<Sight>& sight, const Raster<float>& depth, const LineTarget& target,
                        ChosenLines& chosen, const std::stop_token& stop) {
-    auto more = ContourMaker(sight, depth, chosen).make(stop);
+    auto more = ContourMaker(sight, depth, chosen).make(target.before, stop);
     if (more.empty()) return;
     const auto density = densityOf(more, target.cells, target.width);
     for (std::size_t i = 0; i < density.values.size(); ++i) chosen.density.values[i] += density.values[i];
