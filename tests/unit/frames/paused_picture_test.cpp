@@ -148,7 +148,7 @@ TEST_F(PausedPicture, BetweenStepsIsGoneOnWithWhereverItWas) {
     task->view.layers[0].towards = Towards{1, 0.5};
     // Bytes of what is finished of it, and of one under way with what it becomes.
     constexpr std::uint64_t part = 16 * 8 * 8, whole = 16 * 8 * (8 + 5);
-    for (const std::uint64_t kept : {whole, whole, whole, part + whole, part + whole}) {
+    for (const std::uint64_t kept : {whole, whole, part, part + whole, part + whole}) {
         const auto made = maker_.make(jobOf(task, true), history_);
         ASSERT_TRUE(made.ok()) << made.error().toString();
         EXPECT_FALSE(made->picture || made->waits);
