@@ -137,8 +137,9 @@ JobStep next(const JobLife& life, JobEvent event, std::string_view why) {
         case Stage::over:
             return nextOfOver(life, event, why);
         case Stage::succeeded:
-            if (event == JobEvent::cancel && life.keepsFiles) {
-                auto gone = ended(life, Stage::cancelled);
+            // What it has made goes; that it was made stays true.
+            if (event == JobEvent::cancel && life.keepsFiles && !life.cancelled) {
+                auto gone = ended(life, Stage::succeeded);
                 gone.life.cancelled = true;
                 return gone;
             }

@@ -57,6 +57,8 @@ std::string whyNot(const proto::JobStatus& status) {
             return "it failed: " + status.error();
         case State::CANCELLED:
             return "it was cancelled";
+        case State::SUCCEEDED:
+            return "it was made, and thrown away since";
         default:
             return fmt::format("{:.0f}% of it are made", std::floor(100.0 * status.progress()));
     }
@@ -265,7 +267,8 @@ Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string&
     const auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const auto state = record->status.state();
-    if (state != State::FAILED && state != State::CANCELLED) {
+    const bool thrownAway = state == State::SUCCEEDED && keepsFiles(*record) && !hasFiles(*record);
+    if (state != State::FAILED && state != State::CANCELLED && !thrownAway) {
         return Error{ErrorCode::invalidArgument, "id",
                      fmt::format("job {} {}: only what failed or was cancelled is tried again", id,
                                  state == State::SUCCEEDED ? "succeeded" : "has not ended")};

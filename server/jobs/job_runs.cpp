@@ -107,7 +107,7 @@ void JobQueue::happens(JobRecord& record, JobEvent event, const std::string& why
     record.attempts = life.attempts;
     record.status.set_interrupted(static_cast<std::uint32_t>(life.interrupted));
     if (!isLive(life.stage)) {
-        if (life.stage != before.stage) finish(record, step);
+        if (life != before) finish(record, step);
         return;
     }
     auto& live = live_.at(record.number);
@@ -182,14 +182,16 @@ void JobQueue::finish(JobRecord& record, const JobStep& last) {
     record.handle.clear();
     record.status.set_state(state);
     record.status.set_error(plainText(last.error, 1000));
-    record.status.set_finished_ms(unixMs());
+    const bool thrownAway = state == State::SUCCEEDED && keepsFiles(record) && record.cancelRequested;
+    if (!thrownAway) record.status.set_finished_ms(unixMs());
     if (state == State::SUCCEEDED) record.status.set_progress(1);
     if (state == State::SUCCEEDED && !keepsFiles(record))
         record.made = identityOfOutput(record.status.request(), roots_);
-    record.status.set_phase("");
+    record.status.set_phase(thrownAway ? "thrown away" : "");
     record.status.clear_waits_for();
     log::info(log::job(record.status.id()), "ended: {}",
-              state == State::SUCCEEDED   ? "succeeded"
+              thrownAway                  ? "what it made was thrown away"
+              : state == State::SUCCEEDED ? "succeeded"
               : state == State::CANCELLED ? "cancelled"
                                           : "failed: " + record.status.error());
     // Until its end is stored, its files tell the next server of it.

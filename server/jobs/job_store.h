@@ -55,7 +55,8 @@ inline bool keepsFiles(const JobRecord& record) {
 
 /// What it made can be fetched.
 inline bool hasFiles(const JobRecord& record) {
-    return keepsFiles(record) && record.status.state() == proto::JobStatus::SUCCEEDED;
+    return keepsFiles(record) && record.status.state() == proto::JobStatus::SUCCEEDED &&
+           !record.cancelRequested;
 }
 
 inline bool isLive(const JobRecord& record) {
