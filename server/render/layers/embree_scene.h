@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// EmbreeScene: an Embree scene with a device of its own, which says how much memory it takes. Included by
-// sources alone. Building is for one thread, asking for any.
+// EmbreeScene: an Embree scene with a device of its own, which says how much memory it takes, and how it is
+// asked: Embree 3 and 4 ask alike, with other words. Included by sources alone. Building is for one thread,
+// asking for any.
 #pragma once
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 #include <tbb/task_arena.h>
 
 #include <atomic>
@@ -12,6 +17,53 @@
 #include <new>
 
 namespace mote::render {
+
+#if RTC_VERSION_MAJOR >= 4
+using RayContext = RTCRayQueryContext;
+
+inline void beginQuery(RayContext& context) {
+    rtcInitRayQueryContext(&context);
+}
+inline RTCIntersectArguments argumentsOf(RayContext& context, bool coherent) {
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context;
+    if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    return arguments;
+}
+/// Of a packet that goes almost one way.
+inline void meet16(const int* valid, RTCScene scene, RayContext& context, RTCRayHit16& rays) {
+    auto arguments = argumentsOf(context, true);
+    rtcIntersect16(valid, scene, &rays, &arguments);
+}
+inline void meet1(RTCScene scene, RayContext& context, RTCRayHit& ray) {
+    auto arguments = argumentsOf(context, false);
+    rtcIntersect1(scene, &ray, &arguments);
+}
+inline void meetAny(RTCScene scene, RayContext& context, RTCRay& ray) {
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = &context;
+    rtcOccluded1(scene, &ray, &arguments);
+}
+#else
+using RayContext = RTCIntersectContext;
+
+inline void beginQuery(RayContext& context) {
+    rtcInitIntersectContext(&context);
+}
+/// Of a packet that goes almost one way.
+inline void meet16(const int* valid, RTCScene scene, RayContext& context, RTCRayHit16& rays) {
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &context, &rays);
+}
+inline void meet1(RTCScene scene, RayContext& context, RTCRayHit& ray) {
+    rtcIntersect1(scene, &context, &ray);
+}
+inline void meetAny(RTCScene scene, RayContext& context, RTCRay& ray) {
+    rtcOccluded1(scene, &context, &ray);
+}
+#endif
 
 struct EmbreeScene {
     std::atomic<std::int64_t> bytes{0};  // outlives the device, which counts into it

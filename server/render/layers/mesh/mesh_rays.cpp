@@ -80,9 +80,9 @@ std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t 
 
 /// What is asked of Embree; its callbacks know it by the context that it begins with.
 struct MeshRays::Query {
-    explicit Query(std::span<const MeshRay> asked) : rays(asked) { rtcInitIntersectContext(&context); }
+    explicit Query(std::span<const MeshRay> asked) : rays(asked) { beginQuery(context); }
 
-    RTCIntersectContext context{};
+    RayContext context{};
     std::span<const MeshRay> rays;  // by the id of Embree's ray
     MeshMeeting* first = nullptr;   // of each ray; or:
     std::vector<MeshMeeting>* all = nullptr;
@@ -235,7 +235,6 @@ void MeshRays::firstBut(std::span<const MeshRay, packet> rays,
 
 /// Of a packet that goes almost one way.
 void MeshRays::trace(Query& query) const {
-    query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     std::fill_n(query.first, packet, MeshMeeting{});
     RTCRayHit16 hits{};
     alignas(64) std::array<int, packet> valid{};
@@ -254,7 +253,7 @@ void MeshRays::trace(Query& query) const {
         hits.ray.mask[i] = ray.mask;
         hits.ray.id[i] = ray.id;
     }
-    rtcIntersect16(valid.data(), scene_->scene, &query.context, &hits);
+    meet16(valid.data(), scene_->scene, query.context, hits);
 }
 
 void MeshRays::all(const MeshRay& ray, std::vector<MeshMeeting>& met) const {
@@ -264,7 +263,7 @@ void MeshRays::all(const MeshRay& ray, std::vector<MeshMeeting>& met) const {
     query.all = &met;
     RTCRayHit way{.ray = scene_->toEmbree(ray, 0), .hit = {}};
     way.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_->scene, &query.context, &way);
+    meet1(scene_->scene, query.context, way);
     const auto before = [](const MeshMeeting& a, const MeshMeeting& b) {
         return std::tie(a.at, a.triangle) < std::tie(b.at, b.triangle);
     };
@@ -281,7 +280,7 @@ MeshMeeting MeshRays::firstBut(const MeshRay& ray, const IgnoredTriangles& ignor
     query.ignored = {&ignored, 1};
     RTCRayHit way{.ray = scene_->toEmbree(ray, 0), .hit = {}};
     way.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_->scene, &query.context, &way);
+    meet1(scene_->scene, query.context, way);
     return met;
 }
 
@@ -289,7 +288,7 @@ bool MeshRays::blocked(const MeshRay& ray) const {
     if (ray.empty()) return false;
     Query query({&ray, 1});
     RTCRay way = scene_->toEmbree(ray, 0);
-    rtcOccluded1(scene_->scene, &query.context, &way);
+    meetAny(scene_->scene, query.context, way);
     return way.tfar < 0.0F;
 }
 

@@ -41,8 +41,8 @@ std::uint64_t SurfaceRays::bytes() const {
 }
 
 bool SurfaceRays::blocked(const glm::vec3& from, const glm::vec3& direction, float reach) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    RayContext context;
+    beginQuery(context);
     RTCRay ray{};
     ray.org_x = from.x;
     ray.org_y = from.y;
@@ -53,7 +53,7 @@ bool SurfaceRays::blocked(const glm::vec3& from, const glm::vec3& direction, flo
     ray.tnear = 0.0F;
     ray.tfar = reach;
     ray.mask = ~0U;
-    rtcOccluded1(scene_->scene, &context, &ray);
+    meetAny(scene_->scene, context, ray);
     return ray.tfar < 0.0F;
 }
 
