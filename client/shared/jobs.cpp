@@ -76,7 +76,8 @@ bool mayBeTriedAgain(const Job& job) {
 }
 
 bool isReadyFilm(const Job& job) {
-    return job.request().has_film() && job.state() == Job::SUCCEEDED;
+    // With a phase, it was thrown away since.
+    return job.request().has_film() && job.state() == Job::SUCCEEDED && job.phase().empty();
 }
 
 namespace {
