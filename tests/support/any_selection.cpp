@@ -43,6 +43,15 @@ Selection::Lasso anyLasso(Random& random, const SelectionShape& shape) {
         for (int i = 0; i < 3; ++i) lasso.transform[3][i] = random.between(-0.5, 0.5);
     }
     lasso.points = anyPolygon(random, {-0.2, -0.2}, {1.2, 1.2}, shape.mostPoints);
+    // Of a layer that is cut. By numbers of its own: all else stays as it would be.
+    Random own(static_cast<std::uint64_t>(1e9 * std::abs(lasso.camera.eye.x)), 11);
+    if (!own.chance(0.3)) return lasso;
+    proto::Clip clip;
+    auto& plane = *clip.add_planes();
+    const glm::dvec3 normal = own.direction();
+    for (int i = 0; i < 3; ++i) plane.add_normal(normal[i]);
+    plane.set_distance(own.between(-0.5, 0.5));
+    lasso.clip = parseClip(std::move(clip)).value();
     return lasso;
 }
 

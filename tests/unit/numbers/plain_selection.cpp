@@ -63,6 +63,12 @@ std::vector<double> densities(const MemoryStep& step) {
 }
 
 Chosen inLasso(const Selection::Lasso& lasso, const glm::dvec3& place) {
+    for (const auto& plane : lasso.clip ? lasso.clip->planes() : ClipPlanes()) {
+        double within = -plane.distance();
+        for (int i = 0; i < 3; ++i) within += plane.normal(i) * place[i];
+        if (std::abs(within) < 1e-12) return Chosen::doubt;
+        if (within < 0.0) return Chosen::no;
+    }
     const auto& camera = lasso.camera;
     const glm::dvec4 eye =
         glm::lookAt(camera.eye, camera.target, camera.up) * (lasso.transform * glm::dvec4(place, 1.0));
