@@ -21,6 +21,7 @@ let allowed = ours;
 async function newPage(options = {}) {
     const context = await browser.newContext({viewport: {width: 1040, height: 620}, acceptDownloads: true, ...options});
     const page = await context.newPage();
+    page.setDefaultTimeout(15000);
     page.on('console', (message) => {
         if (['error', 'warning'].includes(message.type()) && !allowed.test(message.text())) complaints.push(message.text());
     });
@@ -269,6 +270,7 @@ await thing('a mesh has a colour', async () => {
     await changes(() => control('Colour').first().fill('#ff2200'));
 });
 await thing('it is drawn in pen and ink', async () => {
+    await changes(() => page.getByRole('button', {name: 'Background: back to the default'}).click());
     await changes(() => page.getByLabel('Drawn as').selectOption('ink'));
     await changes(() => page.getByLabel('Drawn as').selectOption('mesh'));
 });
