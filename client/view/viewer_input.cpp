@@ -444,16 +444,12 @@ void Viewer::restore(const std::optional<DeskState>& state, const char* where) {
 
 void Viewer::showCamera(const std::optional<std::string>& camera) {
     if (!camera) return say("There is no other camera.");
-    proto::Camera message;
-    message.ParseFromString(*camera);
-    const auto parsed = parseCamera(message);
-    if (camera->empty() || !parsed.ok()) {
-        model_.fit();
-    } else {
-        model_.setCamera(*parsed);
-    }
+    // To the byte, also of one that says less than a camera has.
+    auto view = model_.edited();
+    view.clear_camera();
+    if (!camera->empty()) view.mutable_camera()->ParseFromString(*camera);
     film_.stop();
-    dirty_ = true;
+    showView(view, model_.isLoaded());
 }
 
 void Viewer::keepSession() {

@@ -63,7 +63,7 @@ class DeskAtWork {
         EXPECT_TRUE(model_.load(view).ok());
         desk_.setSubject(view.layers(0).dataset());
         describe();
-        look();
+        tell();
     }
 
     void act() {
@@ -90,11 +90,13 @@ class DeskAtWork {
             model_.choose(any);
         } else if (what < 0.65 && film_.keyframes().size() < 20) {
             static_cast<void>(film_.add(model_.view(640, 480)));
+        } else if (what < 0.95 && count > 0) {
+            model_.setOpacity(any, random_.unit());
         } else {
-            hand_.drag(model_, random_);
+            hand_.drag(model_, random_);  // takes longest
         }
         describe();
-        look();
+        tell();
     }
 
     void restore(const DeskState& state) {
@@ -102,19 +104,27 @@ class DeskAtWork {
         if (state.film->revision() != film_.revision()) film_ = *state.film;
         ASSERT_TRUE(model_.load(state.view(), state.fromFile).ok());
         describe();
-        look();
+        tell();
     }
     void restoreCamera(const std::string& camera) {
         ++gesture_;
-        proto::Camera message;
-        message.ParseFromString(camera);
-        camera.empty() ? model_.fit() : model_.setCamera(parseCamera(message).value());
-        look();
+        auto view = model_.edited();
+        view.clear_camera();
+        if (!camera.empty()) view.mutable_camera()->ParseFromString(camera);
+        ASSERT_TRUE(model_.load(view, model_.isLoaded()).ok());
+        describe();
+        tell();
     }
 
     /// All there is, to the byte.
     std::string now() const {
         return model_.edited().SerializeAsString() + film_.toScript().SerializeAsString();
+    }
+    /// The view but for its camera, likewise.
+    std::string look() const {
+        auto view = model_.edited();
+        view.clear_camera();
+        return view.SerializeAsString();
     }
     Desk& desk() { return desk_; }
 
@@ -124,7 +134,7 @@ class DeskAtWork {
         hand_.describe(manifestFor(model_.layer()));
         model_.describe(manifestFor(model_.layer()));
     }
-    void look() { desk_.look(model_, film_, gesture_); }
+    void tell() { desk_.look(model_, film_, gesture_); }
 
     Random random_;
     ViewModel model_;
@@ -136,7 +146,7 @@ class DeskAtWork {
 
 TEST(Desk, FiveHundredActionsTakenBackLeaveTheFirstViewToTheByte) {
     int steps = 0, views = 0;
-    for (std::uint64_t i = 0; views < 6; ++i) {
+    for (std::uint64_t i = 0; views < 2; ++i) {
         const auto view = test::generatedView(45, i);
         if (view.layers().empty()) continue;
         ++views;
@@ -144,17 +154,22 @@ TEST(Desk, FiveHundredActionsTakenBackLeaveTheFirstViewToTheByte) {
         const auto first = work.now();
         for (int action = 0; action < 500; ++action) work.act();
         const auto last = work.now();
-        while (const auto state = work.desk().undo()) {
+        int taken = 0;
+        for (; taken <= 500; ++taken) {
+            const auto state = work.desk().undo();
+            if (!state) break;
             work.restore(*state);
-            ++steps;
+            ASSERT_EQ(work.look(), state->look) << "step " << taken << " back of view " << i;
         }
+        ASSERT_LE(taken, 500) << "view " << i;
+        steps += taken;
         while (const auto camera = work.desk().cameraBack()) work.restoreCamera(*camera);
         EXPECT_EQ(work.now(), first) << "view " << i;
         while (const auto camera = work.desk().cameraForward()) work.restoreCamera(*camera);
         while (const auto state = work.desk().redo()) work.restore(*state);
         EXPECT_EQ(work.now(), last) << "view " << i;
     }
-    EXPECT_GT(steps, 6 * 150);
+    EXPECT_GT(steps, 2 * 150);
 }
 
 proto::View beam(const char* colors, double eye) {
