@@ -295,7 +295,7 @@ TEST(ViewEdits, ACameraIsFittedToAllLayers) {
 /// What one control is about: a curve with all that is linked to it, a camera; else its field.
 std::string controlOf(const std::string& field) {
     if (field.starts_with("camera")) return "camera";
-    for (const char* word : {".curve", ".linked", ".color_map"}) {
+    for (const char* word : {".curve", ".linked", ".color_map", ".color_range"}) {
         if (field.find(word) != field.npos && field.find("color_by") == field.npos)
             return "transfer function";
     }
