@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <limits>
@@ -62,6 +63,8 @@ Status checkPlanes(ClipPlanes& planes, std::string_view field) {
         const double length = glm::length(normal);
         if (!(length > 1e-6))
             return invalid(fmt::format("{}[{}].normal", field, i), "a normal must not be zero");
+        // One that is a unit vector but for roundings stays: what was checked is as it was, checked again.
+        if (std::abs(length - 1.0) < 2e-15) continue;
         writeVector(normal / length, plane.mutable_normal());
         plane.set_distance(plane.distance() / length);
     }

@@ -244,14 +244,14 @@ class FirstPicture(unittest.TestCase):
         (self.desk.path / "box.obj").write_text(mesh_text(corners, triangles), encoding="utf-8")
         self.desk.prepare("box", "mesh", self.desk.path / "box.obj")
         self.desk.prepare("dots", "stipple", self.desk.path / "box.obj", "--points", 20000, "--seed", 1)
-        (self.desk.path / "solid.raw").write_bytes(numpy.full((40, 40, 40), 200, "u1").tobytes())
-        self.desk.prepare("solid", "volume", self.desk.path / "solid.raw", "--dimensions", 40, 40, 40, "--spacing", 0.05,
+        (self.desk.path / "full.raw").write_bytes(numpy.full((40, 40, 40), 200, "u1").tobytes())
+        self.desk.prepare("full", "volume", self.desk.path / "full.raw", "--dimensions", 40, 40, 40, "--spacing", 0.05,
                           0.05, 0.05, "--origin", -0.975, -0.975, -0.975)
         curve = [{"value": 0, "opacity": 0.5}]
         camera = {"eye": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 3}
         clip = {"planes": [{"normal": [2, 0, 0], "distance": 0.5}], "box": {"min": [-2, -0.5, -2], "max": [2, 2, 2]}}
         for dataset, kind, style in (("cloud", "particles", {}), ("box", "mesh", {}),
-                                     ("box", "ink", {}), ("dots", "stipple", {}), ("solid", "hybrid", {"curve": curve})):
+                                     ("box", "ink", {}), ("dots", "stipple", {}), ("full", "hybrid", {"curve": curve})):
             layer = {"dataset": f"d/{dataset}", kind: style}
             whole = lit(self.desk.draw([layer], size=(300, 300), camera=camera))
             left = lit(self.desk.draw([{**layer, "clip": clip}], size=(300, 300), camera=camera))

@@ -42,14 +42,15 @@ class StrokePlaces {
 
     /// `along`: of the stroke, pixels.
     void add(const glm::dvec2& at, std::uint32_t stroke, double along) {
-        auto& head = heads_[cellOf(at)];
-        places_.push_back({glm::vec2(at), static_cast<float>(along), stroke, head});
+        const glm::vec2 place(at);
+        auto& head = heads_[cellOf(place)];
+        places_.push_back({place, static_cast<float>(along), stroke, head});
         head = static_cast<std::uint32_t>(places_.size() - 1);
     }
     std::size_t size() const { return places_.size(); }
     void takeBack(std::size_t size) {
         for (; places_.size() > size; places_.pop_back())
-            heads_[cellOf(glm::dvec2(places_.back().at))] = places_.back().next;
+            heads_[cellOf(places_.back().at)] = places_.back().next;
     }
     /// Whether no place is nearer; of the stroke's own, none that is no neighbour along it.
     bool isFree(const glm::dvec2& at, double distance, std::uint32_t stroke, double along) const {
@@ -82,8 +83,10 @@ class StrokePlaces {
         std::uint32_t stroke, next;
     };
 
-    std::size_t cellOf(const glm::dvec2& at) const {
-        return static_cast<std::size_t>(at.y / reach_) * columns_ + static_cast<std::size_t>(at.x / reach_);
+    /// Of a place as it is kept: as it was given it may lie in another cell.
+    std::size_t cellOf(const glm::vec2& at) const {
+        return static_cast<std::size_t>(static_cast<double>(at.y) / reach_) * columns_ +
+               static_cast<std::size_t>(static_cast<double>(at.x) / reach_);
     }
 
     double spacing_, reach_;

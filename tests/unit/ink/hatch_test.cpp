@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "server/render/ink/drawing.h"
+#include "server/render/ink/hatch.h"
 #include "server/render/ink/hatch_field.h"
 #include "server/render/ink/solid.h"
 #include "server/render/ink/tone_grid.h"
@@ -88,6 +89,30 @@ TEST(Hatch, NoStrokeOfAnEvenPictureIsBroken) {
         }
         // Two of one line may meet.
         EXPECT_LE(broken, strokes.size() / 5);
+    }
+}
+
+/// Bands in which no stroke is long enough: each is begun and taken back. Steps that end a hair before a
+/// multiple of a cell were put into one cell and taken out of the next, and the search never ended.
+TEST(Hatch, StrokesThatAreTakenBackLeaveNothing) {
+    constexpr std::uint32_t cells = 60;
+    for (const float tilt : {0.0F, 1.2e-5F, -1.2e-5F}) {
+        for (const double spacing : {2.79, 3.5}) {
+            HatchField field;
+            const glm::vec2 way = glm::normalize(glm::vec2(tilt, 1.0F));
+            field.cells = {cells, cells, HatchField::Cell{way, {way.y, -way.x}, true, true}};
+            const std::uint32_t side = cells * field.pixels;
+            const HatchOptions options{.spacing = spacing, .width = 0.9};
+            Raster<float> density(side, side);
+            for (std::uint32_t y = 0; y < side; ++y) {
+                for (std::uint32_t x = 0; x < side; ++x) {
+                    if (y % 12 < 6 && x % 12 < 6)
+                        density.at(x, y) = 1.1F * static_cast<float>(mostHatched(options));
+                }
+            }
+            const auto goesOn = [](auto...) { return true; };
+            EXPECT_TRUE(hatch({field, density, goesOn}, {}, options, {}).empty()) << tilt << ' ' << spacing;
+        }
     }
 }
 

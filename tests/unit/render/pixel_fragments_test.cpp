@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The fragments of a pixel have the mean light of its samples, however they are put together.
-#include "server/render/layers/mesh/lower_mesh.h"
+#include "server/render/layers/pixel_fragments.h"
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,7 @@
 #include "server/render/layers/hybrid/field_light.h"
 #include "server/render/layers/ink/volume_samples.h"
 #include "server/render/layers/lowering.h"
-#include "server/render/layers/mesh/lower_mesh.h"
+#include "server/render/layers/pixel_fragments.h"
 #include "server/render/plan/field_blocks.h"
 
 namespace mote::render {
