@@ -11,7 +11,7 @@
 #include "server/render/layers/hybrid/lower_hybrid.h"
 #include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/lowering.h"
-#include "server/render/layers/mesh/lower_mesh.h"
+#include "server/render/layers/mesh/mesh_sight.h"
 #include "server/render/layers/particles/lower_particles.h"
 
 namespace mote::render {

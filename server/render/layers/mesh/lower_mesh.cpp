@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/layers/mesh/lower_mesh.h"
+#include "server/render/layers/mesh/mesh_sight.h"
 
 #include <array>
 #include <new>
 #include <utility>
 
-#include "server/render/layers/mesh/mesh_sight.h"
 #include "server/render/layers/pixel_fragments.h"
 
 namespace mote::render {

@@ -2,16 +2,18 @@
 //
 // MeshSight: a mesh layer as a plan's camera looks at it: rays through places of the picture, and what they
 // see where they meet a triangle (docs/PICTURE.md, "Meshes"). Refers to the surface and the style; any number
-// of threads.
+// of threads. By it a mesh layer becomes fragments.
 #pragma once
 
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 
 #include "protocol/scene/view.h"
+#include "server/render/layers/lowering.h"
 #include "server/render/layers/mesh/mesh_surface.h"
 #include "server/render/plan/frame_plan.h"
 
@@ -72,5 +74,9 @@ class MeshSight {
     double nearDepth_, farDepth_;
     double start_;  // depth at which rays begin: near the mesh, so that their digits are told from there
 };
+
+/// The layer's fragments are made where they are drawn.
+void lowerMesh(const Layer& layer, const MeshStyle& style, std::shared_ptr<const MeshSurface> surface,
+               Lowering& out);
 
 }  // namespace mote::render
