@@ -30,10 +30,10 @@ double defaultPointArea(std::uint64_t particles, bool onLight = false);
 
 /// Fills in what a style leaves to its plot: curves (curveByPlot), and the light of a point (opacityByPlot);
 /// and brings what is told between two densities (densityRange) to the plot's t.
-/// By default points give way to the volume over a factor of three in density, some of them at once, up to where as many particles
-/// hide as much as the volume does. Where the curves are said, a point has so much light that it is as much
-/// there, where the points end.
-/// `onLight`: the background is light; denser matter stands out from it as it does from a dark one.
+/// By default points give way to the volume over a factor of three in density, some of them at once, up to
+/// where as many particles hide as much as the volume does. Where the curves are said, a point has so much
+/// light that it is as much there, where the points end. `onLight`: the background is light; denser matter
+/// stands out from it as it does from a dark one.
 void resolveByPlot(ParticlesStyle& style, const PlotDensity& plot, bool onLight = false);
 
 }  // namespace mote
