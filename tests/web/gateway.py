@@ -181,7 +181,10 @@ class WebSocket:
         else:
             head += struct.pack(">BQ", 0x80 | 127, size)
         masked = bytes(byte ^ mask[i & 3] for i, byte in enumerate(data))
-        self.line.sendall(head + mask + masked)
+        try:
+            self.line.sendall(head + mask + masked)
+        except ConnectionError as error:  # it has not read to the end
+            raise Closed(1006, "without a word") from error
 
     def _take(self, count):
         while len(self.bytes) < count:

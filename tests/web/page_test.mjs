@@ -449,7 +449,7 @@ await thing('two pages of a room, as of a notebook, share a view', async () => {
         await exact(one);
         await one.waitForFunction(() => document.getElementById('stage').dataset.final === 'true');
         const wanted = (await picture(one)).hash;
-        for (let i = 0; i < 200 && (await picture(two)).hash !== wanted; ++i) await two.evaluate(() => new Promise(requestAnimationFrame));
+        for (let i = 0; i < 1800 && (await picture(two)).hash !== wanted; ++i) await two.evaluate(() => new Promise(requestAnimationFrame));
         assert.equal((await picture(two)).hash, wanted);
     };
     await one.locator('li[data-name="data/beam"] .dataset').click();

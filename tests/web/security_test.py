@@ -264,8 +264,8 @@ class Bridge(WebCase):
         web = self.web()
         web_socket = self.opened(web)
         wait_for(web_socket, "welcome")
-        web_socket.send(b"\0" * ((1 << 20) + 100))
         with self.assertRaises(Closed) as closed:
+            web_socket.send(b"\0" * ((1 << 20) + 100))
             for _ in messages(web_socket):
                 pass
         self.assertIn(closed.exception.code, (1009, 1006, 1011))
