@@ -422,16 +422,18 @@ await thing('the keyboard alone chooses a dataset', async () => {
     await dataset('beam').click();
     await exact(page);
 });
+/** Another page comes to show this picture. */
+async function shows(other, wanted) {
+    const end = Date.now() + 30_000;
+    while ((await picture(other)).hash !== wanted && Date.now() < end) await other.evaluate(() => new Promise(requestAnimationFrame));
+    assert.equal((await picture(other)).hash, wanted);
+}
+
 await thing('a follower sees what the owner sees, and changes nothing', async () => {
     const token = await page.evaluate(async () => (await (await fetch('link', {method: 'POST', body: 'follower'})).json()).token);
     const follower = await newPage();
     await follower.goto(link.replace(/token=\w+/, `token=${token}`));
-    const sees = async () => {
-        const wanted = (await picture(page)).hash;
-        for (let i = 0; i < 200 && (await picture(follower)).hash !== wanted; ++i)
-            await follower.evaluate(() => new Promise(requestAnimationFrame));
-        assert.equal((await picture(follower)).hash, wanted);
-    };
+    const sees = async () => shows(follower, (await picture(page)).hash);
     await sees();
     await drag([0.4, 0.4], [0.5, 0.5]);
     await exact(page);
@@ -448,9 +450,7 @@ await thing('two pages of a room, as of a notebook, share a view', async () => {
     const same = async () => {
         await exact(one);
         await one.waitForFunction(() => document.getElementById('stage').dataset.final === 'true');
-        const wanted = (await picture(one)).hash;
-        for (let i = 0; i < 1800 && (await picture(two)).hash !== wanted; ++i) await two.evaluate(() => new Promise(requestAnimationFrame));
-        assert.equal((await picture(two)).hash, wanted);
+        await shows(two, (await picture(one)).hash);
     };
     await one.locator('li[data-name="data/beam"] .dataset').click();
     await same();
