@@ -422,22 +422,26 @@ await thing('the keyboard alone chooses a dataset', async () => {
     await dataset('beam').click();
     await exact(page);
 });
-/** Another page comes to show this picture. */
-async function shows(other, wanted) {
+/// Another page comes to show the picture of this one, which may still become exact.
+async function shows(other, one) {
+    const hashes = async () => [(await picture(other)).hash, (await picture(one)).hash];
     const end = Date.now() + 30_000;
-    while ((await picture(other)).hash !== wanted && Date.now() < end) await other.evaluate(() => new Promise(requestAnimationFrame));
-    assert.equal((await picture(other)).hash, wanted);
+    let [theirs, ours] = await hashes();
+    while (theirs !== ours && Date.now() < end) {
+        await exact(one);
+        [theirs, ours] = await hashes();
+    }
+    assert.equal(theirs, ours);
 }
 
 await thing('a follower sees what the owner sees, and changes nothing', async () => {
     const token = await page.evaluate(async () => (await (await fetch('link', {method: 'POST', body: 'follower'})).json()).token);
     const follower = await newPage();
     await follower.goto(link.replace(/token=\w+/, `token=${token}`));
-    const sees = async () => shows(follower, (await picture(page)).hash);
-    await sees();
+    await shows(follower, page);
     await drag([0.4, 0.4], [0.5, 0.5]);
     await exact(page);
-    await sees();
+    await shows(follower, page);
     assert.equal(await follower.getByRole('tab', {name: 'Films'}).isVisible(), false);
     await follower.getByRole('button', {name: 'Look around yourself'}).click();
     await exact(follower);
@@ -447,16 +451,22 @@ await thing('two pages of a room, as of a notebook, share a view', async () => {
     const room = '0123456789abcdef0123456789abcdef';
     const [one, two] = [await page.context().newPage(), await page.context().newPage()];
     for (const each of [one, two]) await each.goto(new URL(`#room=${room}`, page.url()).href);
-    const same = async () => {
-        await exact(one);
-        await one.waitForFunction(() => document.getElementById('stage').dataset.final === 'true');
-        await shows(two, (await picture(one)).hash);
-    };
     await one.locator('li[data-name="data/beam"] .dataset').click();
-    await same();
+    await exact(one);
+    await shows(two, one);
+    const before = (await picture(two)).hash;
     await one.locator('#stage').press('ArrowLeft');
-    await one.waitForFunction(() => document.getElementById('stage').dataset.final === 'false');
-    await same();
+    await two.waitForFunction(() => document.getElementById('stage').dataset.final === 'false');
+    await shows(two, one);
+    assert.notEqual((await picture(two)).hash, before);
+    // A window of another size shows the same, and nobody's window changes anybody's view.
+    let puts = 0;
+    for (const each of [one, two]) each.on('request', (request) => puts += request.method() === 'POST' ? 1 : 0);
+    await two.setViewportSize({width: 900, height: 660});
+    await exact(two);
+    await one.locator('#stage').press('ArrowRight');
+    await one.waitForTimeout(2000);
+    assert.ok(puts <= 2, `${puts} views were put for a key`);
     await Promise.all([one.close(), two.close()]);
 });
 await thing('a proxy keeps the path, and one strips it', async () => {

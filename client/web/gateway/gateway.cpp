@@ -206,15 +206,18 @@ Answered roomAnswer(const Request& request, const Access& access, Rooms& rooms, 
         return Answered{sentence(status, why, request.version(), access), role};
     };
     if (!Rooms::isName(name)) return refuse(http::status::not_found, "That is no name of a room.");
-    if (request.method() == http::verb::post) {
-        if (role != Role::owner || !access.knowsOrigin(callerOf(request)))
-            return refuse(http::status::forbidden, "Only its owner's page changes a view.");
-        const auto number = rooms.put(std::string(name), request.body());
-        return {roomResponse(request, access, number, {}), role};
-    }
     Await wait;
     wait.room = name;
     std::from_chars(after.data(), after.data() + after.size(), wait.after);
+    if (request.method() == http::verb::post) {
+        if (role != Role::owner || !access.knowsOrigin(callerOf(request)))
+            return refuse(http::status::forbidden, "Only its owner's page changes a view.");
+        const auto* const room = rooms.find(wait.room);
+        if (!after.empty() && (room == nullptr ? 0 : room->number) != wait.after)
+            return refuse(http::status::conflict, "Another view was put there since.");
+        const auto number = rooms.put(wait.room, request.body());
+        return {roomResponse(request, access, number, {}), role};
+    }
     return {std::move(wait), role};
 }
 

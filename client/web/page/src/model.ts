@@ -27,6 +27,8 @@ export class Model {
     catalogue: Catalogue_Entry[] = [];
     /// The view is another's, whom we follow.
     following = false;
+    /// A hand changed it here since it was loaded.
+    touched = false;
     readonly manifests = new Map<string, Manifest>();
     /// Another dataset or kind of layer: controls are made anew.
     onLayers: () => void = () => {};
@@ -68,7 +70,7 @@ export class Model {
         if (width === this.width && height === this.height) return;
         this.width = width;
         this.height = height;
-        this.wanted();
+        this.ask(false);
     }
 
     get size(): {width: number, height: number} {
@@ -109,7 +111,8 @@ export class Model {
         this.following = false;
         this.view = clone(ViewSchema, view);
         this.camera = this.view.camera;
-        this.wanted();
+        this.touched = false;
+        this.ask(false);
         await this.describe();
     }
 
@@ -169,9 +172,14 @@ export class Model {
 
     /// It changed: it is asked for. `moving`: the hand is still on it; after a while without it that ends by itself.
     wanted(moving = false): void {
+        this.touched = true;
+        this.ask(moving);
+    }
+
+    private ask(moving: boolean): void {
         this.moving = moving;
         clearTimeout(this.settle);
-        if (moving) this.settle = window.setTimeout(() => this.wanted(false), settleMs);
+        if (moving) this.settle = window.setTimeout(() => this.ask(false), settleMs);
         if (!this.frame) this.frame = requestAnimationFrame(() => this.send());
         this.onChange();
     }

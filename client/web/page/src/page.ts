@@ -161,7 +161,7 @@ class Page {
     /// A reload shows the same again.
     private async keepInAddress(): Promise<void> {
         if (this.model.following) return;
-        if (this.room) return this.room.put(this.model.whole());
+        if (this.room) return this.room.put(this.model.whole(), this.model.touched);
         history.replaceState(null, '', `${location.pathname}#${await this.model.toFragment()}`);
     }
 

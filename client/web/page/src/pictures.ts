@@ -74,6 +74,8 @@ export class Painter {
     private inDecoder: Arrived[] = [];
     private keyNeeded = true;
     private stall = 0;
+    /// When the frame that is seen arrived: the stream's decoder may give an older one after it.
+    private seen = 0;
 
     constructor(private readonly canvas: OffscreenCanvas, private readonly lossless: Promise<Lossless>,
                 private readonly events: PictureEvents) {
@@ -171,10 +173,12 @@ export class Painter {
         }
         if (!arrived) return picture.close();
         const {width, height} = arrived.frame;
-        this.resize(width, height);
-        this.context.drawImage(picture, 0, 0, width, height, 0, 0, width, height);
+        if (arrived.at >= this.seen) {
+            this.resize(width, height);
+            this.context.drawImage(picture, 0, 0, width, height, 0, 0, width, height);
+            this.tell(arrived, 'h264', performance.now() - arrived.at);
+        }
         picture.close();
-        this.tell(arrived, 'h264', performance.now() - arrived.at);
         this.events.done(1, false);
     }
 
@@ -200,6 +204,7 @@ export class Painter {
 
     private tell(arrived: Arrived, encoding: PictureInfo['encoding'], decode: number): void {
         const {frame} = arrived;
+        this.seen = arrived.at;
         this.events.shown({
             viewId: Number(frame.viewId), width: frame.width, height: frame.height, final: frame.final, encoding,
             bytes: arrived.payload.length, latency: performance.now() - Number(frame.askedNs) / 1e6,

@@ -11,6 +11,7 @@ export class Room {
     private readonly url: URL;
     private number = 0;
     private last = '';
+    private size = {width: 0, height: 0};
 
     /// The name that an address's fragment gives.
     static nameOf(fragment: string): string | undefined {
@@ -22,13 +23,15 @@ export class Room {
         void this.listen();
     }
 
-    /// Tells the notebook what is seen.
-    async put(view: View): Promise<void> {
+    /// Tells the notebook what is seen. What no hand changed here (a camera that the server fitted) gives way to whatever
+    /// was put there since. Each window has a size of its own: that of the view stays as it was put.
+    async put(view: View, byHand: boolean): Promise<void> {
+        Object.assign(view, this.size);
         const bytes = toBinary(ViewSchema, view);
         const text = bytes.join();
         if (text === this.last) return;
         this.last = text;
-        const answer = await fetch(this.url, {method: 'POST', body: bytes as BodyInit});
+        const answer = await fetch(byHand ? this.url : `${this.url}?after=${this.number}`, {method: 'POST', body: bytes as BodyInit});
         if (answer.ok) this.number = Number(answer.headers.get('X-Number'));
     }
 
@@ -51,6 +54,8 @@ export class Room {
         const text = new Uint8Array(bytes).join();
         if (text === this.last) return;
         this.last = text;
-        await this.show(fromBinary(ViewSchema, new Uint8Array(bytes)));
+        const view = fromBinary(ViewSchema, new Uint8Array(bytes));
+        this.size = {width: view.width, height: view.height};
+        await this.show(view);
     }
 }
