@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <utility>
 
 namespace mote::reference {
 namespace {
@@ -22,14 +23,14 @@ Layer smoothed(Layer layer) {
     return layer;
 }
 
-/// The value behind which a curve is above 0.
+/// The value behind which a curve is above 0; infinite where it is nowhere.
 double beginOf(const Curve& opacity) {
     double begin = opacity.knots().front().x;
     for (const auto& knot : opacity.knots()) {
-        if (knot.y > 0.0) break;
+        if (knot.y > 0.0) return begin;
         begin = knot.x;
     }
-    return begin;
+    return std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -42,6 +43,7 @@ SightHits::SightHits(const View& view, const Layer& layer, const render::GridFie
       samplesPerCell_(samplesPerCell),
       field_(std::make_unique<const HybridField>(step, layer_, view.camera)),
       transfer_(render::transferOf(style_, step)),
+      codeStep_((step.range.high - step.range.low) / 65535.0),
       isovalue_(style_.isovalue.value_or(beginOf(transfer_.opacity))),
       layerToEye_(view.camera.worldToEye() * layer.transform),
       within_(field_->within()) {
@@ -72,24 +74,55 @@ double SightHits::step(const Ray& ray) const {
     return field_->cellEdge() / (samplesPerCell_ * glm::length(ray.perDepth));
 }
 
-std::optional<SightHits::Met> SightHits::surface(const Ray& ray) const {
-    if (!(ray.enter < ray.leave)) return std::nullopt;
-    const double count = std::ceil((ray.leave - ray.enter) / step(ray));
-    const auto at = [&](double i) { return ray.enter + (ray.leave - ray.enter) * i / count; };
-    double first = 0.0;
-    while (first <= count && value(ray, at(first)) < isovalue_) ++first;
-    if (first > count) return std::nullopt;
-    double depth = at(first);
-    const glm::dmat3 toEye = glm::inverse(glm::transpose(glm::dmat3(layerToEye_)));
-    glm::dvec3 normal = -ray.side.value_or(glm::dvec3(0.0));
-    if (first > 0.0) {
-        double low = at(first - 1.0);
-        for (int i = 0; i < 40; ++i) {
-            const double middle = 0.5 * (low + depth);
-            (value(ray, middle) >= isovalue_ ? depth : low) = middle;
+double SightHits::summit(const Ray& ray, double from, double to) const {
+    constexpr double golden = 0.6180339887498949;
+    double one = to - golden * (to - from), other = from + golden * (to - from);
+    double atOne = value(ray, one), atOther = value(ray, other);
+    for (int i = 0; i < 40; ++i) {
+        if (atOne >= atOther) {
+            to = std::exchange(other, one);
+            atOther = std::exchange(atOne, value(ray, one = to - golden * (to - from)));
+        } else {
+            from = std::exchange(one, other);
+            atOne = std::exchange(atOther, value(ray, other = from + golden * (to - from)));
         }
     }
-    if (first > 0.0 || !ray.side) normal = field_->falling(ray.origin + depth * ray.perDepth);
+    return 0.5 * (from + to);
+}
+
+double SightHits::crossing(const Ray& ray, double below, double above, double least) const {
+    for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (below + above);
+        (value(ray, middle) >= least ? above : below) = middle;
+    }
+    return above;
+}
+
+std::optional<double> SightHits::first(const Ray& ray, double least, double end) const {
+    const double count = std::ceil((end - ray.enter) / step(ray));
+    const auto at = [&](double i) { return ray.enter + (end - ray.enter) * i / std::max(count, 1.0); };
+    double before = -std::numeric_limits<double>::infinity(), last = before;
+    for (double i = 0.0; i <= count; ++i) {
+        const double here = value(ray, at(i));
+        // Between three samples, of which none may reach as high as what is between them.
+        if (i > 1.0 && last >= before && last >= here && last < least) {
+            const double top = summit(ray, at(i - 2.0), at(i));
+            if (value(ray, top) >= least) return crossing(ray, at(i - 2.0), top, least);
+        }
+        if (here >= least) return i > 0.0 ? crossing(ray, at(i - 1.0), at(i), least) : ray.enter;
+        before = std::exchange(last, here);
+    }
+    return std::nullopt;
+}
+
+std::optional<SightHits::Met> SightHits::surface(const Ray& ray) const {
+    if (!(ray.enter < ray.leave)) return std::nullopt;
+    const auto met = first(ray, isovalue_, ray.leave);
+    if (!met) return std::nullopt;
+    const double depth = *met;
+    const glm::dmat3 toEye = glm::inverse(glm::transpose(glm::dmat3(layerToEye_)));
+    glm::dvec3 normal = -ray.side.value_or(glm::dvec3(0.0));
+    if (depth > ray.enter || !ray.side) normal = field_->falling(ray.origin + depth * ray.perDepth);
     const bool flat = normal == glm::dvec3(0.0);
     const Shade shade = shadeOf(flat ? normal : glm::normalize(toEye * normal), style_.light, view_.camera,
                                 style_.silhouettes);
@@ -100,14 +133,21 @@ std::optional<Hit> SightHits::greatest(std::uint32_t column, std::uint32_t row) 
     const Ray ray = through(column + 0.5, row + 0.5);
     if (!(ray.enter < ray.leave)) return std::nullopt;
     const double count = std::ceil((ray.leave - ray.enter) / step(ray));
-    double best = -std::numeric_limits<double>::infinity(), depth = ray.enter;
+    const auto at = [&](double i) { return ray.enter + (ray.leave - ray.enter) * i / count; };
+    double best = -std::numeric_limits<double>::infinity(), place = 0.0;
     for (double i = 0.0; i <= count; ++i) {
-        const double here = ray.enter + (ray.leave - ray.enter) * i / count;
-        if (const double v = value(ray, here); v > best) {
+        if (const double v = value(ray, at(i)); v > best) {
             best = v;
-            depth = here;
+            place = i;
         }
     }
+    double depth = at(place);
+    const double top = summit(ray, at(std::max(place - 1.0, 0.0)), at(std::min(place + 1.0, count)));
+    if (const double v = value(ray, top); v > best) {
+        best = v;
+        depth = top;
+    }
+    if (const auto met = first(ray, best - 1.5 * codeStep_, depth)) depth = *met;
     const double most = transfer_.opacity.maximum();
     const double opacity = most > 0.0 ? layer_.opacity * transfer_.opacity(best) / most : 0.0;
     if (!(opacity > 0.0)) return std::nullopt;

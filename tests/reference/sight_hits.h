@@ -43,6 +43,12 @@ class SightHits {
     double value(const Ray& ray, double depth) const {
         return field_->value(ray.origin + depth * ray.perDepth);
     }
+    /// Where a value is greatest between two depths, if it rises and falls once there.
+    double summit(const Ray& ray, double from, double to) const;
+    /// Where a value is met between a depth with less and one with as much.
+    double crossing(const Ray& ray, double below, double above, double least) const;
+    /// The first depth, up to an end, with such a value at least.
+    std::optional<double> first(const Ray& ray, double least, double end) const;
     std::optional<Met> surface(const Ray& ray) const;
     std::optional<Hit> greatest(std::uint32_t column, std::uint32_t row) const;
 
@@ -52,6 +58,7 @@ class SightHits {
     double samplesPerCell_;
     std::unique_ptr<const HybridField> field_;
     TransferFunction transfer_;
+    double codeStep_;  // of values
     double isovalue_;
     glm::dmat4 layerToEye_;
     HalfSpaces within_;

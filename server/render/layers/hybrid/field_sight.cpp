@@ -11,7 +11,6 @@
 #include <glm/matrix.hpp>
 #include <limits>
 #include <new>
-#include <tuple>
 #include <utility>
 
 #include "server/render/layers/hybrid/lower_hybrid.h"
@@ -22,9 +21,9 @@
 namespace mote::render {
 namespace {
 
-constexpr double exactSightStep = 0.25, movingSightStep = 1.0;    // cells
 constexpr std::size_t mostSightFragments = std::size_t{1} << 26;  // of a layer: 2 GB
-constexpr int halvings = 14;                                      // of a step, to where a surface is
+// What differs by less is met as one. Between two codes, as samples have whole ones.
+constexpr double sameCodes = 1.5;
 
 HalfSpaces cellSides(const glm::dvec3& cells) {
     HalfSpaces sides;
@@ -41,7 +40,7 @@ bool isCorrected(const HybridStyle& style, const GridField& field) {
     return resolved(style.representation, field) != HybridRepresentation::volume;
 }
 
-/// Where nobody says which value: where something begins to be seen.
+/// Where nobody says which value: where something begins to be seen, if anything is.
 double isovalueOf(const HybridStyle& style, const TransferFunction& transfer) {
     if (style.isovalue) return *style.isovalue;
     const auto& knots = transfer.opacity.knots();
@@ -56,10 +55,11 @@ FieldSight::FieldSight(const Layer& layer, const HybridStyle& style, std::shared
                        const Lowering& out)
     : field_(std::move(field)),
       samples_(*field_, isCorrected(style, *field_)),
+      pieces_(*field_, isCorrected(style, *field_)),
       ranges_(gridRanges({.grid = field_, .bricks = isCorrected(style, *field_)})),
       transfer_(transferOf(style, *field_)),
       surface_(style.shows == HybridShows::surface),
-      isoCode_(static_cast<float>(field_->codeOf(isovalueOf(style, transfer_)))),
+      isoCode_(field_->codeOf(isovalueOf(style, transfer_))),
       color_(transfer_.color(isovalueOf(style, transfer_))),
       light_(style.light, out.plan.camera.worldToEye(), style.silhouettes),
       opacity_(layer.opacity),
@@ -68,9 +68,6 @@ FieldSight::FieldSight(const Layer& layer, const HybridStyle& style, std::shared
       nearest_(nearLimit(out.plan.camera)),
       size_(out.plan.width, out.plan.height),
       pixels_(out.plan.height / (2.0 * out.plan.camera.halfHeight())) {
-    step_ = exact_ ? exactSightStep : movingSightStep;
-    const glm::dvec3 ratio = samples_.cells() / glm::dvec3(field_->coarse.size);
-    coarseStep_ = step_ * std::min({ratio.x, ratio.y, ratio.z});
     const glm::dmat4 cellsToLayer = glm::scale(field_->boxToLayer, 1.0 / samples_.cells());
     const glm::dmat4 cellsToEye = out.plan.camera.worldToEye() * layer.transform * cellsToLayer;
     const Bounds inEye = Bounds{glm::dvec3(0.0), samples_.cells()}.transformed(cellsToEye);
@@ -86,105 +83,69 @@ FieldSight::Way FieldSight::wayThrough(double x, double y) const {
     const glm::dvec2 window = glm::dvec2(x - 0.5 * size_.x, 0.5 * size_.y - y) / pixels_;
     const glm::dvec3 origin = perspective_ ? glm::dvec3(0.0) : glm::dvec3(window, 0.0);
     const glm::dvec3 perDepth = perspective_ ? glm::dvec3(window, -1.0) : glm::dvec3(0.0, 0.0, -1.0);
-    Way way{glm::dvec3(eyeToCells_ * glm::dvec4(origin, 1.0)), glm::dmat3(eyeToCells_) * perDepth, nearest_,
+    Way way{{glm::dvec3(eyeToCells_ * glm::dvec4(origin, 1.0)), glm::dmat3(eyeToCells_) * perDepth},
+            nearest_,
             std::numeric_limits<double>::infinity()};
     for (const auto& side : sides_) {
         const double before = way.enter;
-        clipWay({&side, 1}, way.origin, way.direction, way.enter, way.leave);
+        clipWay({&side, 1}, way.line.origin, way.line.perDepth, way.enter, way.leave);
         if (way.enter > before) way.entered = &side;
     }
     const bool ends = std::isfinite(way.enter) && std::isfinite(way.leave) && way.enter < way.leave;
     return ends ? way : Way{};
 }
 
-float FieldSight::codeAt(const Way& way, double depth) const {
-    return samples_.code(glm::vec3(way.origin + depth * way.direction));
-}
-
-FieldSight::Block FieldSight::blockAt(const Way& way, double depth) const {
-    const double edge = 1U << ranges_.edgeBits();
-    const glm::dvec3 sample = way.origin + depth * way.direction - 0.5;
-    const glm::ivec3 last = glm::ivec3(ranges_.count()) - 1;
-    const glm::ivec3 block = glm::clamp(glm::ivec3(glm::floor(sample / edge)), glm::ivec3(0), last);
-    const auto [x, y, z] = std::tuple<std::size_t, std::size_t, std::size_t>(block.x, block.y, block.z);
-    Block found{(z * ranges_.count().y + y) * ranges_.count().x + x, way.leave};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double speed = way.direction[axis];
-        // The outermost blocks reach to the box's sides.
-        if (speed == 0.0 || block[axis] == (speed > 0.0 ? last[axis] : 0)) continue;
-        const double border = (block[axis] + (speed > 0.0 ? 1 : 0)) * edge;
-        found.end = std::min(found.end, depth + (border - sample[axis]) / speed);
-    }
-    found.end = std::max(found.end, depth);
-    return found;
-}
-
-bool FieldSight::mayExceed(const Block& block, float code) const {
+bool FieldSight::mayReach(std::size_t block, double code) const {
     // Ranges are values in single precision.
     const double little = 1e-6 * (field_->range.high - field_->range.low);
-    return double{ranges_.ranges()[block.index].high} + little > field_->valueOf(double{code});
+    return double{ranges_.ranges()[block].high} + little >= field_->valueOf(code);
 }
 
-double FieldSight::stepIn(const Block& block, const Way& way) const {
-    return (ranges_.fine(block.index) ? step_ : coarseStep_) / glm::length(way.direction);
-}
+std::optional<double> FieldSight::first(const Way& way, double code, double leave) const {
+    struct Visitor {
+        const FieldSight& sight;
+        const double code;
+        std::optional<double> found;
 
-/// No step leads past where another kind of block begins.
-double FieldSight::next(const Way& way, const Block& block, double depth) const {
-    const double least = 0.5 * step_ / glm::length(way.direction);
-    return std::min({depth + stepIn(block, way), std::max(block.end, depth + least), way.leave});
-}
-
-std::optional<FieldSight::Found> FieldSight::first(const Way& way) const {
-    const float below = std::nextafter(isoCode_, -1.0F);
-    double before = way.enter;
-    for (double depth = way.enter;;) {
-        const Block block = blockAt(way, depth);
-        if (!mayExceed(block, below)) {
-            before = depth = block.end;
-        } else if (codeAt(way, depth) >= isoCode_) {
-            if (depth == way.enter) return Found{depth, isoCode_};
-            for (int i = 0; i < halvings; ++i) {
-                const double middle = 0.5 * (before + depth);
-                (codeAt(way, middle) >= isoCode_ ? depth : before) = middle;
-            }
-            return Found{depth, isoCode_};
-        } else {
-            before = depth;
+        bool enters(std::size_t block) const { return sight.mayReach(block, code); }
+        bool wants(double most) const { return most >= code; }
+        bool take(const CodePiece& piece, double from, double to) {
+            if (const auto share = piece.first(code)) found = std::lerp(from, to, *share);
+            return !found;
         }
-        if (!(depth < way.leave)) return std::nullopt;
-        depth = next(way, block, depth);
-    }
+    };
+    Visitor visitor{*this, code, std::nullopt};
+    pieces_.along(way.line, way.enter, leave, visitor);
+    return visitor.found;
 }
 
 FieldSight::Found FieldSight::greatest(const Way& way) const {
-    double step = 0.0;
-    Found best;
-    for (double depth = way.enter;;) {
-        const Block block = blockAt(way, depth);
-        if (!mayExceed(block, best.code)) {
-            depth = block.end;
-        } else if (const float code = codeAt(way, depth); code > best.code) {
-            best = {depth, code};
-            step = stepIn(block, way);
+    struct Visitor {
+        const FieldSight& sight;
+        Found best;
+
+        bool enters(std::size_t block) const { return sight.mayReach(block, best.code); }
+        bool wants(double most) const { return most > best.code; }
+        bool take(const CodePiece& piece, double from, double to) {
+            add(piece.at(0.0), from);
+            for (const double stop : piece.stops()) add(piece.at(stop), std::lerp(from, to, stop));
+            return true;
         }
-        if (!(depth < way.leave)) break;
-        depth = next(way, block, depth);
-    }
-    // Between the samples around it.
-    for (double reach = 0.5 * step; reach > 0.02 * step && best.code >= 0.0F; reach *= 0.5) {
-        for (const double depth : {best.depth - reach, best.depth + reach}) {
-            if (depth < way.enter || depth > way.leave) continue;
-            if (const float code = codeAt(way, depth); code > best.code) best = {depth, code};
+        void add(double code, double depth) {
+            if (code > best.code) best = {depth, code};
         }
-    }
+    };
+    Visitor visitor{*this, {}};
+    pieces_.along(way.line, way.enter, way.leave, visitor);
+    // Where nearly as much is met: which of many places has the greatest code may be told by rounding.
+    Found& best = visitor.best;
+    if (const auto met = first(way, best.code - sameCodes, best.depth)) best.depth = *met;
     return best;
 }
 
 /// On a side of what stays it has that side's normal.
 glm::dvec3 FieldSight::colorAt(const Way& way, double depth) const {
-    glm::dvec3 across =
-        slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(way.origin + depth * way.direction)));
+    glm::dvec3 across = slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(way.line.at(depth))));
     if (depth == way.enter && way.entered != nullptr) across = slopeToNormal_ * way.entered->normal;
     const double length = glm::length(across);
     const Shade shade = length > 0.0 ? light_.of(across / length) : light_.flat();
@@ -196,7 +157,8 @@ void FieldSight::addSurface(std::uint32_t column, std::uint32_t row, PixelFragme
         const auto [x, y] = pixel.samples() == 1 ? std::array{0, 0} : PixelFragments::places[sample];
         const Way way = wayThrough(column + 0.5 + x / 16.0, row + 0.5 + y / 16.0);
         if (!(way.enter <= way.leave)) continue;
-        if (const auto found = first(way)) pixel.add({found->depth, sample, colorAt(way, found->depth)});
+        if (const auto depth = first(way, isoCode_, way.leave))
+            pixel.add({*depth, sample, colorAt(way, *depth)});
     }
 }
 
@@ -204,9 +166,9 @@ void FieldSight::addGreatest(std::uint32_t column, std::uint32_t row, Fragments&
     const Way way = wayThrough(column + 0.5, row + 0.5);
     if (!(way.enter <= way.leave)) return;
     const Found found = greatest(way);
-    const double value = field_->valueOf(double{found.code}), most = transfer_.opacity.maximum();
+    const double value = field_->valueOf(found.code), most = transfer_.opacity.maximum();
     const auto opacity = static_cast<float>(most > 0.0 ? opacity_ * transfer_.opacity(value) / most : 0.0);
-    if (found.code < 0.0F || !(opacity > 0.0F)) return;
+    if (found.code < 0.0 || !(opacity > 0.0F)) return;
     fragments.push_back({column, row, found.depth, opacity, glm::vec3(transfer_.color(value))});
 }
 
@@ -224,6 +186,8 @@ void FieldSight::addRow(std::uint32_t row, Fragments& fragments) const {
 
 void lowerSight(const Layer& layer, const HybridStyle& style, const std::shared_ptr<const GridField>& field,
                 Lowering& out) {
+    const bool none = style.shows == HybridShows::surface && !style.isovalue;
+    if (none && !transferOf(style, *field).visible()) return;
     const Bounds inEye = field->bounds().transformed(out.plan.camera.worldToEye() * layer.transform);
     if (!(-inEye.min.z >= nearLimit(out.plan.camera))) return;
     const FieldSight sight(layer, style, field, out);

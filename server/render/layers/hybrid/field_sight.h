@@ -12,6 +12,7 @@
 
 #include "protocol/scene/view.h"
 #include "server/render/layers/hybrid/field_light.h"
+#include "server/render/layers/hybrid/field_pieces.h"
 #include "server/render/layers/ink/volume_samples.h"
 #include "server/render/layers/lowering.h"
 #include "server/render/layers/pixel_fragments.h"
@@ -31,29 +32,20 @@ class FieldSight {
     /// A ray between two depths, by the depth; `entered`: the side of what stays through which it comes in,
     /// none where it begins in it.
     struct Way {
-        glm::dvec3 origin{0.0}, direction{0.0};  // cells
+        DepthLine line;  // in cells
         double enter = 0.0, leave = -1.0;
         const HalfSpace* entered = nullptr;
     };
-    /// A block of cells on a way, and the depth at which that leaves it.
-    struct Block {
-        std::size_t index = 0;
-        double end = 0.0;
-    };
-    /// A depth, and the code there.
     struct Found {
-        double depth = 0.0;
-        float code = -1.0F;
+        double depth = 0.0, code = -1.0;
     };
 
     Way wayThrough(double x, double y) const;
-    float codeAt(const Way& way, double depth) const;
-    Block blockAt(const Way& way, double depth) const;
-    bool mayExceed(const Block& block, float code) const;
-    double stepIn(const Block& block, const Way& way) const;  ///< in depth
-    double next(const Way& way, const Block& block, double depth) const;
-    /// The first place of a code, or the greatest code there is.
-    std::optional<Found> first(const Way& way) const;
+    /// Whether a block of cells may have such a code.
+    bool mayReach(std::size_t block, double code) const;
+    /// Where a code is first met, or more, up to a depth.
+    std::optional<double> first(const Way& way, double code, double leave) const;
+    /// The greatest code, and where it is first met.
     Found greatest(const Way& way) const;
     /// Of the surface, with its light.
     glm::dvec3 colorAt(const Way& way, double depth) const;
@@ -62,14 +54,14 @@ class FieldSight {
 
     std::shared_ptr<const GridField> field_;
     VolumeSamples samples_;
+    FieldPieces pieces_;
     BlockRanges ranges_;
     TransferFunction transfer_;
     bool surface_;
-    float isoCode_;
+    double isoCode_;
     glm::dvec3 color_;  // of the surface, linear RGB
     FieldLight light_;
-    double opacity_, gap_;      // of the layer; of fragments, in depth
-    double step_, coarseStep_;  // of rays, cells; where the coarse grid shows
+    double opacity_, gap_;  // of the layer; of fragments, in depth
     bool exact_, perspective_;
     double nearest_;
     glm::dvec2 size_;  // of the picture, pixels

@@ -233,8 +233,10 @@ void lowerHighlight(const Layer& layer, const Highlight& highlight, const Partic
     HighlightSums sums(plan, look, moments.shaded());
     forDrawn(points, boxToEye, share, sums);
     if (!sums.any()) return;
+    // What else has this very depth, as where all begins to be seen, lies behind them, since they are points.
+    const double before = std::nextafter(depth, -std::numeric_limits<double>::infinity());
     plan.surfaces.push_back(
-        std::make_shared<const HighlightFragments>(std::move(sums), highlight.color, layer.opacity, depth));
+        std::make_shared<const HighlightFragments>(std::move(sums), highlight.color, layer.opacity, before));
     out.addDots(depth, depth);
 }
 
