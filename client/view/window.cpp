@@ -111,6 +111,8 @@ Window::Window(int width, int height, const std::string& title) {
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, onKey);
     glfwSetCharCallback(window_, onLetter);
+    glfwSetCursorPosCallback(window_, onMove);
+    glfwSetMouseButtonCallback(window_, onButton);
 }
 
 Window::~Window() {
@@ -154,6 +156,29 @@ void Window::onKey(GLFWwindow* window, int key, int scancode, int action, int mo
 void Window::onLetter(GLFWwindow* window, unsigned codepoint) {
     static_cast<Window*>(glfwGetWindowUserPointer(window))
         ->events_.push_back({-1, 0, GLFW_PRESS, 0, codepoint});
+}
+
+void Window::onMove(GLFWwindow* window, double x, double y) {
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
+    self.pointerX_ = static_cast<float>(x);
+    self.pointerY_ = static_cast<float>(y);
+}
+
+void Window::onButton(GLFWwindow* window, int button, int action, int /*mods*/) {
+    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
+    if (button >= 0 && button < static_cast<int>(self.down_.size()))
+        self.buttons_.push_back({button, action == GLFW_PRESS, self.pointerX_, self.pointerY_});
+}
+
+void Window::pourButtons() {
+    auto& io = ImGui::GetIO();
+    if (!buttons_.empty()) {
+        const auto event = buttons_.front();
+        buttons_.pop_front();
+        down_[static_cast<std::size_t>(event.button)] = event.down;
+        io.MousePos = {event.x, event.y};
+    }
+    std::ranges::copy(down_, io.MouseDown);
 }
 
 void Window::pour(const KeyEvent& event) {
@@ -201,17 +226,18 @@ void Window::pourKeys() {
 
 bool Window::beginFrame(std::optional<double> seconds) {
     const double begin = glfwGetTime();
-    if (!events_.empty()) {
+    if (!events_.empty() || !buttons_.empty()) {
         glfwPollEvents();
     } else if (seconds) {
         glfwWaitEventsTimeout(*seconds);
     } else {
         glfwWaitEvents();
     }
-    const bool came = !seconds || !events_.empty() || glfwGetTime() - begin < *seconds;
+    const bool came = !seconds || !events_.empty() || !buttons_.empty() || glfwGetTime() - begin < *seconds;
     pourKeys();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    pourButtons();
     ImGui::NewFrame();
     return came;
 }

@@ -72,6 +72,8 @@ class Window {
   private:
     static void onKey(GLFWwindow* window, int key, int scancode, int action, int mods);
     static void onLetter(GLFWwindow* window, unsigned codepoint);
+    static void onMove(GLFWwindow* window, double x, double y);
+    static void onButton(GLFWwindow* window, int button, int action, int mods);
 
     /// A key, or a letter that was typed (then `letter` is not 0).
     struct KeyEvent {
@@ -79,6 +81,15 @@ class Window {
         unsigned letter;
     };
 
+    /// A button of the mouse, where the pointer was then.
+    struct ButtonEvent {
+        int button;
+        bool down;
+        float x, y;
+    };
+
+    /// One button changes in a frame, in the place where it did: a long frame makes no other of it.
+    void pourButtons();
     void pourKeys();
     void pour(const KeyEvent& event);
 
@@ -86,6 +97,9 @@ class Window {
     std::deque<KeyEvent> events_;  // that no frame had yet
     int held_ = 0;                 // frames
     std::vector<PressedKey> keys_;
+    std::deque<ButtonEvent> buttons_;  // that no frame had yet
+    std::array<bool, 3> down_{};
+    float pointerX_ = 0.0F, pointerY_ = 0.0F;  // as the window system told it last
     std::array<int, 4> place_{};  // of a window that fills the screen, before: x, y, width, height
 };
 
