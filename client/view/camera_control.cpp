@@ -76,13 +76,6 @@ Camera dolly(const Camera& camera, double steps, const glm::dvec3& to) {
     return moved;
 }
 
-namespace {
-
-struct Sight {
-    glm::dvec3 from, along;
-};
-
-/// Of the middle of a pixel, as camera.h says; `along` has length 1 in depth.
 Sight sightAt(const Camera& camera, double aspect, glm::dvec2 at) {
     const glm::dvec3 ahead = glm::normalize(camera.target - camera.eye);
     const glm::dvec3 right = glm::normalize(glm::cross(ahead, camera.up)), up = glm::cross(right, ahead);
@@ -91,7 +84,12 @@ Sight sightAt(const Camera& camera, double aspect, glm::dvec2 at) {
     return camera.perspective() ? Sight{camera.eye, ahead + aside} : Sight{camera.eye + aside, ahead};
 }
 
-}  // namespace
+std::optional<glm::dvec2> seenAt(const Camera& camera, double aspect, const glm::dvec3& place) {
+    const auto seen = camera.worldToEye() * glm::dvec4(place, 1.0);
+    const double depth = camera.perspective() ? -seen.z : 1.0, half = camera.halfHeight() * depth;
+    if (!(depth > 0.0)) return std::nullopt;
+    return glm::dvec2(0.5 + 0.5 * seen.x / (aspect * half), 0.5 - 0.5 * seen.y / half);
+}
 
 glm::dvec3 placeAt(const Camera& camera, double aspect, glm::dvec2 at) {
     const auto sight = sightAt(camera, aspect, at);

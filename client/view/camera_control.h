@@ -26,6 +26,16 @@ Camera pan(const Camera& camera, glm::dvec2 drag);
 /// camera, which has no distance, narrows its height instead.
 Camera dolly(const Camera& camera, double steps, const glm::dvec3& to);
 
+/// A line of sight.
+struct Sight {
+    glm::dvec3 from, along;  ///< `along` has length 1 in depth
+};
+
+/// That of a place of the picture, parts of its width and height, y down.
+Sight sightAt(const Camera& camera, double aspect, glm::dvec2 at);
+/// Where in the picture a place is seen; nothing of one that does not lie before the eye.
+std::optional<glm::dvec2> seenAt(const Camera& camera, double aspect, const glm::dvec3& place);
+
 /// The place in the target's plane, or in the middle of what of the line of sight lies in the box, that is
 /// seen at a place of the picture, parts of its width and height, y down. Nothing where the line misses the
 /// box.

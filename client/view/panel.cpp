@@ -204,12 +204,6 @@ void drawLayers(ViewModel& model, const LayerPanel& panel) {
     commandButton(panel.actions, "Save style...", "Save...");
 }
 
-/// Three numbers of the camera that are typed.
-bool typeNumbers(const char* label, glm::dvec3& numbers) {
-    return ImGui::InputScalarN(label, ImGuiDataType_Double, &numbers[0], 3, nullptr, nullptr, "%.6g",
-                               ImGuiInputTextFlags_EnterReturnsTrue);
-}
-
 void drawTypedCamera(ViewModel& model, PanelActions& actions) {
     if (!ImGui::TreeNode("by numbers")) return;
     auto camera = model.camera(1.0);
@@ -279,9 +273,11 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
 }
 
 /// Two sides of the panel, as tabs where the layer has numbers.
-void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
+void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, LayerPanel& layer) {
     const auto drawPicture = [&] {
         if (model.kind() != proto::Layer::KIND_NOT_SET) model.editor().draw(layer);
+        drawCutAway(model, handles, layer);
+        drawPlacement(model, handles, layer);
         drawCamera(model, layer.actions);
         drawAnnotations(layer.actions, model.numbers.annotations);
         drawJobs(layer.server, layer.actions);
@@ -303,7 +299,8 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
 
 }  // namespace
 
-PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, const ServerState& server, float scale) {
+PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handles, const ServerState& server,
+                       float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
     ImGui::SetNextWindowSize({panelWidth * scale, display.y});
@@ -317,7 +314,7 @@ PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, const ServerSta
     const bool roomy = !(numbers.open && model.kind() == proto::Layer::kParticles);
     drawDataset(model, layer, roomy);
     if (roomy) drawLayers(model, layer);
-    drawSides(model, numbers, layer);
+    drawSides(model, numbers, handles, layer);
     ImGui::PopItemWidth();
     ImGui::End();
     return actions;

@@ -4,6 +4,7 @@
 // can do. Main thread, between Window::beginFrame and drawFrame.
 #pragma once
 
+#include "client/view/layers/handles.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
@@ -14,6 +15,7 @@ namespace mote::client {
 inline constexpr float panelWidth = 340.0F;  ///< screen coordinates at a content scale of 1
 
 /// Draws the panel at the right edge of the window, whose content scale is `scale`.
-PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, const ServerState& server, float scale);
+PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handles, const ServerState& server,
+                       float scale);
 
 }  // namespace mote::client

@@ -125,6 +125,11 @@ void wideSlider(PanelActions& actions, const char* label, double& value, const I
                                       format.c_str(), ImGuiSliderFlags_NoRoundToFormat));
 }
 
+bool typeNumbers(const char* label, glm::dvec3& numbers) {
+    return ImGui::InputScalarN(label, ImGuiDataType_Double, &numbers[0], 3, nullptr, nullptr, "%.6g",
+                               ImGuiInputTextFlags_EnterReturnsTrue);
+}
+
 void angleSliders(PanelActions& actions, const char* name, LightAngles& angles) {
     slider(actions, fmt::format("{} across", name).c_str(), angles.across, -180.0F, 180.0F, "%.0f deg");
     slider(actions, fmt::format("{} above", name).c_str(), angles.above, -90.0F, 90.0F, "%.0f deg");

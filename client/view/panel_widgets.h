@@ -32,6 +32,7 @@ struct PanelActions {
     std::optional<std::string> cancelJob;       ///< an id
     std::optional<std::string> retryJob;        ///< an id
     bool moreJobs = false;                      ///< the next page of them
+    std::string refused;                        ///< why what was typed is not taken
     std::optional<std::string> saveFilm;        ///< an id
 };
 
@@ -67,6 +68,8 @@ void wideSlider(PanelActions& actions, const char* label, double& value, const I
 std::string formatFor(double span, double place);
 /// Two sliders, "NAME across" and "NAME above".
 void angleSliders(PanelActions& actions, const char* name, LightAngles& angles);
+/// Three numbers that are typed; true once they are.
+bool typeNumbers(const char* label, glm::dvec3& numbers);
 /// A list of names.
 void nameList(PanelActions& actions, const char* label, std::string& chosen,
               std::span<const std::string_view> names);

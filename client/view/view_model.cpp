@@ -11,6 +11,7 @@
 #include "client/view/slider_values.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/view.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote::client {
 namespace {
@@ -228,7 +229,11 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     const auto last = static_cast<std::uint32_t>(std::max(steps(), 1)) - 1;
     if (step() > last) setStep(last);
     // They lie in spaces of their own; but a loaded camera is for the first.
-    if (otherKind || (std::exchange(hadDataset_, true) && boundsOf(known_, name) != before)) fit();
+    if (std::exchange(hadDataset_, true) && boundsOf(known_, name) != before) {
+        fit();
+        replaceClip({});
+    }
+    if (otherKind) fit();
     editor_->setDataset(manifest);
     numbers.setDataset(manifest.particles());
 }
@@ -338,6 +343,55 @@ std::optional<Bounds> ViewModel::worldBounds() const {
         all = all ? all->united(box) : box;
     }
     return all;
+}
+
+std::optional<Bounds> ViewModel::layerBounds() const {
+    const auto known = known_.find(dataset());
+    return known != known_.end() ? std::optional(known->second.bounds) : std::nullopt;
+}
+
+proto::Clip ViewModel::clip() const {
+    proto::Clip clip = layer().clip();
+    const auto& own = layer().hybrid();
+    clip.mutable_planes()->MergeFrom(own.clip_planes());
+    if (own.has_clip_box()) *clip.mutable_box() = own.clip_box();
+    return clip;
+}
+
+Status ViewModel::setClip(const proto::Clip& clip) {
+    if (const auto valid = parseClip(clip); !valid.ok()) return valid.error();
+    settle();
+    replaceClip(clip);
+    keepFitted();
+    return success();
+}
+
+void ViewModel::replaceClip(const proto::Clip& clip) {
+    auto& layer = mutableLayer();
+    *layer.mutable_clip() = clip;
+    if (clip.planes().empty() && !clip.has_box()) layer.clear_clip();
+    if (!layer.has_hybrid()) return;
+    layer.mutable_hybrid()->clear_clip_planes();
+    layer.mutable_hybrid()->clear_clip_box();
+}
+
+glm::dmat4 ViewModel::transform() const {
+    const auto transform = parseTransform(layer().transform());
+    return transform.ok() ? *transform : glm::dmat4(1.0);
+}
+
+Status ViewModel::setTransform(const glm::dmat4& transform) {
+    proto::Layer placed;
+    writeTransform(transform, placed.mutable_transform());
+    if (const auto valid = parseTransform(placed.transform()); !valid.ok()) return valid.error();
+    settle();
+    mutableLayer().mutable_transform()->Swap(placed.mutable_transform());
+    keepFitted();
+    return success();
+}
+
+void ViewModel::keepFitted() {
+    if (!cameraSet_ && served_) setCamera(*served_);
 }
 
 void ViewModel::annotateAsUsual() {

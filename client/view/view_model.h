@@ -100,6 +100,16 @@ class ViewModel {
     /// same step that have the new one go along.
     void setStep(std::uint32_t step) { goTo(chosen_, step); }
 
+    /// Where the dataset lies, layer space; nothing before it is known.
+    std::optional<Bounds> layerBounds() const;
+    /// What is cut away, also by the style of a hybrid volume; set, all of it is the layer's own. A camera
+    /// that was fitted stays where it is. Errors as parseClip; then nothing changes.
+    proto::Clip clip() const;
+    Status setClip(const proto::Clip& clip);
+    /// Layer to world; the same holds. Errors as parseTransform.
+    glm::dmat4 transform() const;
+    Status setTransform(const glm::dmat4& transform);
+
     // The same of the layer whose steps are played: the chosen one, or the first that has several.
 
     const proto::Layer& timedLayer() const;
@@ -138,6 +148,9 @@ class ViewModel {
     void settle();
     /// The message as controls write it.
     proto::View written() const;
+    void replaceClip(const proto::Clip& clip);
+    /// What is seen would go along with what is changed.
+    void keepFitted();
     /// Of a view that has a size and no camera.
     Camera fitted(const proto::View& view) const;
     proto::Layer& mutableLayer();

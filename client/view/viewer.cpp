@@ -370,7 +370,7 @@ int Viewer::run() {
         takeInput(area);
         play();
         learnDatasets();
-        if (panelShown_) apply(drawPanel(model_, numbers_, server_, window_.contentScale()));
+        if (panelShown_) apply(drawPanel(model_, numbers_, handles_, server_, window_.contentScale()));
         drawTime(area);
         editFilm(area);
         editNumbers(area);

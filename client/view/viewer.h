@@ -152,6 +152,7 @@ class Viewer {
     ViewModel model_;
     Playback playback_;
     TimeBar timeBar_;
+    Handles handles_;
     ServerState server_;
     ViewFiles files_;
     Desk desk_;

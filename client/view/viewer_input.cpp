@@ -192,7 +192,11 @@ void Viewer::takeInput(const Area& area) {
         moving_ = false;
         return;
     }
-    if (io.WantCaptureMouse) return;
+    bool pulled = false;
+    const bool holding = handles_.draw(model_, {area.width, area.height, window_.contentScale()}, pulled);
+    dirty_ |= pulled;
+    if (holding) film_.stop();
+    if (io.WantCaptureMouse || holding) return;
     if (moving_ || io.MouseWheel != 0.0F) film_.stop();
     Camera camera = model_.camera(area.aspect());
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
@@ -238,6 +242,7 @@ void Viewer::apply(const PanelActions& actions) {
     if (actions.viewChanged) film_.stop();
     dirty_ |= actions.viewChanged;
     moving_ |= actions.editing;
+    say(actions.refused);
     if (actions.command != nullptr) run(actions.command);
     if (actions.openDataset) openDataset(*actions.openDataset);
     if (actions.addDataset) addDataset(*actions.addDataset);
@@ -354,6 +359,8 @@ void Viewer::makeCommands() {
         if (offered_) return takeUpSession(*offered_);
         say("No earlier session of this server is known.");
     });
+    add("Layer", "Cut away by hand", "C", [this] { handles_.cuts = !handles_.cuts; });
+    add("Layer", "Place by hand", "G", [this] { handles_.places = !handles_.places; });
     add("Camera", "Fit", "F", [this] { fitView(); });
     add(
         "Camera", "Camera before", "[", [this] { showCamera(desk_.cameraBack()); }, true);

@@ -769,6 +769,105 @@ class Desk(unittest.TestCase):
             viewer.key("Right")
             viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
 
+    # Cut and placed by hand: a unit is 172 pixels, the middle of all stands at 470, 344.
+
+    def straight(self, **layer):
+        """The beam from the front, without perspective."""
+        path = self.saved("straight.json", {
+            "camera": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 4},
+            "layers": [{"dataset": "data/beam", "particles": {}, **layer}]})
+        return self.beam("--view", path)
+
+    @staticmethod
+    def at(x, y, right=0, down=0):
+        return 470 + 172 * x + right, 344 - 172 * y + down
+
+    def columns(self, viewer):
+        return numpy.nonzero(warm(viewer.picture()[:600, :PANEL]).any(0))[0]
+
+    def test_62_a_face_of_the_box_is_dragged(self):
+        viewer = self.straight()
+        end = self.columns(viewer).max()
+        self.assertGreater(end, self.at(0.4, 0)[0])
+        viewer.key("c")
+        viewer.drag(self.at(1, 0), self.at(0.25, 0), steps=12)
+        box = viewer.shows(lambda view: view and "clip" in view["layers"][0])["layers"][0]["clip"]["box"]
+        numpy.testing.assert_allclose(box["max"], [0.25, 1, 1], atol=0.02)
+        self.assertEqual(box["min"], [-1, -1, -1])
+        viewer.key("c")  # handles are warm too
+        viewer.until(lambda: abs(self.columns(viewer).max() - self.at(0.25, 0)[0]) < 6, "the cut")
+        viewer.key("ctrl+z")  # one gesture
+        viewer.shows(lambda view: "clip" not in view["layers"][0])
+        viewer.until(lambda: abs(self.columns(viewer).max() - end) < 3, "all of it")
+
+    def test_63_a_plane_is_dragged_and_turned(self):
+        viewer = self.straight(clip={"planes": [{"normal": [2, 0, 0], "distance": 0}]})
+        plane = lambda view: view["layers"][0]["clip"]["planes"][0]
+        viewer.key("c")
+        viewer.drag(self.at(0, 0), self.at(0.5, 0), steps=12)
+        viewer.shows(lambda view: view and abs(plane(view).get("distance", 0) - 1) < 0.05)  # the normal is 2 long
+        viewer.drag(self.at(0.5, 0, right=70), self.at(0.5, 0, down=-70))
+        view = viewer.shows(lambda view: abs(plane(view)["normal"][1] - 2) < 0.05)
+        self.assertLess(abs(plane(view)["normal"][0]) + abs(plane(view).get("distance", 0)), 0.1)
+        viewer.key("c")
+        viewer.until(lambda: not warm(viewer.picture()[352:600, :PANEL]).any(), "the lower half's end")
+        viewer.key("ctrl+z")
+        viewer.key("ctrl+z")
+        viewer.shows(lambda view: plane(view).get("distance", 0) == 0 and plane(view)["normal"] == [2, 0, 0])
+
+    def test_64_cut_by_numbers(self):
+        viewer = self.beam()
+        viewer.move(1100, 500)
+        viewer.key("c")  # unfolds it
+        viewer.wheel(1100, 600, -8)
+        viewer.press("Cut in front of the middle")
+        viewer.shows(lambda view: view and len(view["layers"][0]["clip"]["planes"]) == 1)
+        before = viewer.view()["layers"][0]["clip"]["planes"][0]
+        viewer.press("Other side")
+        viewer.shows(lambda view: view["layers"][0]["clip"]["planes"][0]["normal"] == [-n for n in before["normal"]])
+        viewer.press("box", within=(PANEL, 0, 1150, 720))
+        viewer.shows(lambda view: view["layers"][0]["clip"].get("box", {}).get("min") == [-1, -1, -1])
+        viewer.press("Remove plane")
+        viewer.shows(lambda view: "planes" not in view["layers"][0]["clip"])
+
+    def test_65_a_layer_is_shifted_turned_and_stretched(self):
+        viewer = self.straight()
+        begin = self.columns(viewer).min()
+        moved = lambda view: numpy.reshape(view["layers"][0]["transform"], (4, 4))
+        viewer.key("g")
+        viewer.drag(self.at(0, 0, right=90), self.at(0.5, 0, right=90))
+        view = viewer.shows(lambda view: view and abs(view["layers"][0].get("transform", [0] * 4)[3] - 0.5) < 0.02)
+        numpy.testing.assert_allclose(moved(view)[:, :3], numpy.eye(4)[:, :3])
+        viewer.key("g")
+        viewer.until(lambda: abs(self.columns(viewer).min() - begin - 86) < 6, "the shift")
+        viewer.key("g")
+        viewer.key("ctrl+z")
+        viewer.shows(lambda view: "transform" not in view["layers"][0])
+        viewer.drag(self.at(0, 0, 44, -44), self.at(0, 0, -44, -44))
+        view = viewer.shows(lambda view: "transform" in view["layers"][0])
+        numpy.testing.assert_allclose(moved(view)[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=0.03)
+        viewer.drag(self.at(0, 0, 78, -78), self.at(0, 0, 156, -156))
+        view = viewer.shows(lambda view: numpy.abs(moved(view)).max() > 1.5)
+        numpy.testing.assert_allclose(moved(view)[:3, :3], [[0, -2, 0], [2, 0, 0], [0, 0, 2]], atol=0.1)
+        viewer.key("ctrl+z")
+        viewer.key("ctrl+z")
+        viewer.shows(lambda view: "transform" not in view["layers"][0])
+
+    def test_66_a_place_is_typed(self):
+        viewer = self.beam()
+        viewer.key("g")
+        viewer.move(1100, 500)
+        viewer.wheel(1100, 600, -8)
+        for what, number, place in (("shift", "0.25", 3), ("stretch", "2", 0)):
+            x, y = viewer.see(what, within=(1150, 0, 1280, 720))
+            viewer.click(x - 210, y)
+            viewer.key("ctrl+a")
+            viewer.type(number)
+            viewer.key("Return")
+            viewer.shows(lambda view: view and view["layers"][0].get("transform", [0] * 16)[place] == float(number))
+        viewer.press("Back to its own place")
+        viewer.shows(lambda view: "transform" not in view["layers"][0])
+
 
 if __name__ == "__main__":
     unittest.main()

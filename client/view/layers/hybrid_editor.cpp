@@ -6,11 +6,8 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <glm/mat4x4.hpp>
 #include <utility>
 
 #include "client/view/layers/field_controls.h"
@@ -58,39 +55,6 @@ void readCurve(const proto::HybridStyle& style, KnotCurve& curve) {
         if (knot.color_size() == 3) colors.push_back(toFloats({knot.color(0), knot.color(1), knot.color(2)}));
     }
     curve.take(std::move(knots), std::move(colors));
-}
-
-void writeClip(const HybridControls& controls, proto::HybridStyle& style) {
-    style.clear_clip_planes();
-    for (const auto& plane : controls.clipPlanes) {
-        auto& written = *style.add_clip_planes();
-        assign(written.mutable_normal(), plane.normal.direction() * plane.length);
-        written.set_distance(plane.distance * plane.length);
-    }
-    style.clear_clip_box();
-    if (!controls.clipBox) return;
-    assign(style.mutable_clip_box()->mutable_min(), controls.clipMin);
-    glm::dvec3 max = controls.clipMax;
-    for (glm::length_t axis = 0; axis < 3; ++axis) {
-        // A box holds something.
-        if (!(controls.clipMin[axis] < max[axis]))
-            max[axis] = controls.clipMin[axis] + 1e-6 * (std::abs(controls.clipMin[axis]) + 1.0);
-    }
-    assign(style.mutable_clip_box()->mutable_max(), max);
-}
-
-void readClip(const proto::HybridStyle& message, const HybridStyle& style, HybridControls& controls) {
-    controls.clipPlanes.clear();
-    for (std::size_t i = 0; i < style.clipPlanes.size(); ++i) {
-        const auto& normal = message.clip_planes(static_cast<int>(i)).normal();
-        const double length = glm::length(glm::dvec3(normal[0], normal[1], normal[2]));
-        const auto& plane = style.clipPlanes[i];
-        controls.clipPlanes.push_back({LightAngles::of(plane.normal), plane.distance, length});
-    }
-    controls.clipBox = style.clipBox.has_value();
-    if (!style.clipBox) return;
-    controls.clipMin = style.clipBox->min;
-    controls.clipMax = style.clipBox->max;
 }
 
 /// With what is left out.
@@ -205,44 +169,6 @@ void drawLight(HybridControls& controls, PanelActions& actions) {
     });
 }
 
-void drawClipBox(HybridControls& controls, const Bounds& bounds, PanelActions& actions) {
-    checkbox(actions, "box", controls.clipBox);
-    if (!controls.clipBox) return;
-    constexpr std::array<const char*, 3> axes{"x", "y", "z"};
-    for (std::size_t i = 0; i < axes.size(); ++i) {
-        const auto axis = static_cast<glm::length_t>(i);
-        rangeBox(actions, axes[i], controls.clipMin[axis], controls.clipMax[axis],
-                 {bounds.min[axis], bounds.max[axis]}, 400.0);
-    }
-}
-
-void drawClipPlanes(HybridControls& controls, const Bounds& bounds, PanelActions& actions) {
-    const double half = 0.5 * glm::length(bounds.size());
-    for (std::size_t i = 0; i < controls.clipPlanes.size(); ++i) {
-        auto& plane = controls.clipPlanes[i];
-        ImGui::PushID(static_cast<int>(i));
-        angleSliders(actions, "plane", plane.normal);
-        const double middle = glm::dot(plane.normal.direction(), bounds.center());
-        wideSlider(actions, "distance", plane.distance, {middle - half, middle + half});
-        const bool removed = ImGui::Button("Remove plane");
-        ImGui::PopID();
-        if (!removed) continue;
-        controls.clipPlanes.erase(controls.clipPlanes.begin() + static_cast<std::ptrdiff_t>(i));
-        actions.viewChanged = true;
-        return;
-    }
-}
-
-void drawClip(HybridControls& controls, const Bounds& bounds, const LayerPanel& panel) {
-    if (!ImGui::CollapsingHeader("Cut away")) return;
-    drawClipBox(controls, bounds, panel.actions);
-    drawClipPlanes(controls, bounds, panel.actions);
-    if (controls.clipPlanes.size() >= HybridStyle::mostClipPlanes) return;
-    if (!ImGui::Button("Cut in front of the middle")) return;
-    controls.addClipPlane(bounds, panel.eye);
-    panel.actions.viewChanged = true;
-}
-
 }  // namespace
 
 HybridControls::HybridControls() {
@@ -262,10 +188,7 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     valuesUnit_ = manifest.value_unit();
     curve.setValues(values);
     if (same) return;
-    if (!first) {
-        loaded_ = ownCurve_ = ownMap_ = ownColorRange = clipBox = false;
-        clipPlanes.clear();
-    }
+    if (!first) loaded_ = ownCurve_ = ownMap_ = ownColorRange = false;
     takeUnsaid(manifest);
 }
 
@@ -276,11 +199,6 @@ void HybridControls::takeUnsaid(const proto::HybridManifest& manifest) {
         curve.take(preset.knots, ownMap_ ? std::vector<KnotCurve::Color>() : preset.colors);
     }
     if (!ownColorRange) colorRange = {values_.low, values_.high};
-    if (clipBox) return;
-    const Bounds bounds = volumeBounds(manifest);
-    const glm::dvec3 least = 1e-6 * (glm::abs(bounds.min) + 1.0);  // a box holds something
-    clipMin = bounds.min;
-    clipMax = glm::max(bounds.max, bounds.min + least);
 }
 
 glm::dvec3 HybridControls::color(double value) const {
@@ -296,13 +214,6 @@ void HybridControls::keepColors(const Interval& extent) {
     colorRange = {extent.low, extent.high};
 }
 
-void HybridControls::addClipPlane(const Bounds& bounds, const glm::dvec3& eye) {
-    const glm::dvec3 away = bounds.center() - eye;
-    if (clipPlanes.size() >= HybridStyle::mostClipPlanes || !(glm::length(away) > 0.0)) return;
-    const auto normal = LightAngles::of(away);
-    clipPlanes.push_back({normal, glm::dot(normal.direction(), bounds.center())});
-}
-
 void HybridControls::write(proto::HybridStyle& style) const {
     style = rest;
     writeCurve(curve, style);
@@ -312,7 +223,6 @@ void HybridControls::write(proto::HybridStyle& style) const {
             for (const double end : colorRange) style.add_color_range(end);
         }
     }
-    writeClip(*this, style);
 }
 
 void HybridControls::read(const proto::HybridStyle& message) {
@@ -325,13 +235,10 @@ void HybridControls::read(const proto::HybridStyle& message) {
     colorMap = style.colorMap.name();
     ownColorRange = style.colorRange.has_value();
     if (style.colorRange) colorRange = {style.colorRange->low, style.colorRange->high};
-    readClip(message, style, *this);
     rest = message;
     rest.clear_curve();
     rest.clear_color_map();
     rest.clear_color_range();
-    rest.clear_clip_planes();
-    rest.clear_clip_box();
 }
 
 void HybridEditor::drawFacts(const LayerPanel& panel) {
@@ -356,7 +263,6 @@ void HybridEditor::draw(const LayerPanel& panel) {
     drawCurve(controls, manifest, panel);
     drawRepresentation(controls, manifest, panel.actions);
     drawLight(controls, panel.actions);
-    drawClip(controls, volumeBounds(manifest), panel);
     colorBox(panel.actions, "background", panel.background);
 }
 

@@ -17,22 +17,12 @@
 
 namespace mote::client {
 
-/// What lies in front of it stays.
-struct ClipPlaneControls {
-    LightAngles normal;
-    double distance = 0.0;  ///< from the origin along the normal, layer units
-    double length = 1.0;    ///< of the normal as the view says it
-};
-
 struct HybridControls {
     KnotCurve curve;  ///< opacity over values in the source's own unit
     std::string colorMap;
     bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
     std::array<double, 2> colorRange{};  ///< ascending, in the source's unit
     proto::HybridStyle rest;             ///< what the other members are not about
-    std::vector<ClipPlaneControls> clipPlanes;
-    bool clipBox = false;
-    glm::dvec3 clipMin{0.0}, clipMax{1.0};  ///< layer units, the first below the second
 
     HybridControls();
 
@@ -46,9 +36,6 @@ struct HybridControls {
 
     /// The colour map stays where it was when the curve had this extent.
     void keepColors(const Interval& extent);
-
-    /// A plane through the middle of `bounds` that cuts away what lies on the side of `eye`.
-    void addClipPlane(const Bounds& bounds, const glm::dvec3& eye);
 
     /// Fills the fields above and leaves the others alone.
     void write(proto::HybridStyle& style) const;

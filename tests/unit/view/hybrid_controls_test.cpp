@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <glm/geometric.hpp>
-
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/hybrid_style.h"
 
@@ -39,9 +37,6 @@ proto::HybridStyle wholeStyle() {
     assign(light.mutable_direction(), glm::dvec3(1.0, 0.0, 0.0));
     light.set_fixed(true);
     light.set_ambient(0.5);
-    controls.clipBox = true;
-    controls.clipMin = {1.0F, 2.0F, 3.0F};
-    controls.addClipPlane(volumeBounds(volume(0.0, 255.0)), {20.0, 10.0, 100.0});
     proto::HybridStyle style;
     controls.write(style);
     return style;
@@ -59,9 +54,6 @@ TEST(HybridControls, WhatIsSetIsWhatTheServerReads) {
     EXPECT_NEAR(style.light.direction.x, 1.0, 1e-6);
     EXPECT_TRUE(style.light.fixed);
     EXPECT_EQ(style.light.ambient, 0.5);
-    ASSERT_TRUE(style.clipBox.has_value());
-    EXPECT_EQ(style.clipBox->min, glm::dvec3(1.0, 2.0, 3.0));
-    EXPECT_EQ(style.clipBox->max, glm::dvec3(40.0, 20.0, 20.0));
 }
 
 TEST(HybridControls, AStyleIsReadAsItWasWritten) {
@@ -70,23 +62,6 @@ TEST(HybridControls, AStyleIsReadAsItWasWritten) {
     proto::HybridStyle again;
     controls.write(again);
     EXPECT_EQ(again.SerializeAsString(), wholeStyle().SerializeAsString());
-}
-
-TEST(HybridControls, ANewPlaneCutsAwayTheHalfBeforeTheEye) {
-    const auto style = hybridStyleOf(parseHybridStyle(wholeStyle()).value());
-    ASSERT_EQ(style.clipPlanes.size(), 1U);
-    const auto stays = [&](const glm::dvec3& place) {
-        return glm::dot(style.clipPlanes[0].normal, place) >= style.clipPlanes[0].distance;
-    };
-    EXPECT_FALSE(stays({20.0, 10.0, 11.0}));  // the eye is at z = 100, the middle at 10
-    EXPECT_TRUE(stays({20.0, 10.0, 9.0}));
-}
-
-TEST(HybridControls, ThereAreNoMorePlanesThanTheSchemaAllows) {
-    HybridControls controls;
-    for (int i = 0; i < 20; ++i) controls.addClipPlane(plotBounds, {0.0, 1.0, 4.0});
-    controls.addClipPlane(plotBounds, plotBounds.center());  // no direction
-    EXPECT_EQ(controls.clipPlanes.size(), static_cast<std::size_t>(HybridStyle::mostClipPlanes));
 }
 
 TEST(HybridControls, ADatasetBringsACurveForItsValues) {
@@ -117,15 +92,6 @@ TEST(HybridControls, ASavedCurveStaysWithTheFirstDataset) {
 TEST(HybridControls, TheBoxHoldsWholeVoxels) {
     EXPECT_EQ(volumeBounds(volume(0.0, 1.0)), (Bounds{glm::dvec3(0.0), {40.0, 20.0, 20.0}}));
     EXPECT_EQ(volumeBounds({}), plotBounds);
-}
-
-TEST(HybridControls, AnEmptyClipBoxIsNoError) {
-    HybridControls controls;
-    controls.clipBox = true;
-    controls.clipMin = controls.clipMax = {5.0F, -3.0F, 1000.0F};
-    proto::HybridStyle style;
-    controls.write(style);
-    EXPECT_TRUE(parseHybridStyle(style).ok());
 }
 
 TEST(HybridControls, AConstantVolumeHasAnAxis) {

@@ -92,6 +92,7 @@ PanelHand::PanelHand() : numbers_(noServer()) {
     int columns = 0, rows = 0;
     io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
     server_.connected = true;
+    handles_.cuts = handles_.places = true;
 }
 
 PanelHand::~PanelHand() {
@@ -105,8 +106,11 @@ void PanelHand::describe(const proto::Manifest& manifest) {
 
 void PanelHand::draw(ViewModel& model) {
     ImGui::NewFrame();
-    const auto actions = drawPanel(model, numbers_, server_, 1.0F);
+    const auto actions = drawPanel(model, numbers_, handles_, server_, 1.0F);
     PanelActions more;
+    bool pulled = false;
+    handles_.draw(model, {width - panelWidth, height, 1.0F}, pulled);
+    EXPECT_FALSE(pulled);  // the mouse is on the panel
     const auto* manifest = server_.shown ? &server_.shown->manifest() : nullptr;
     numbers_.drawOver(model, manifest, {width - panelWidth, height, 1260, 1400}, 1.0F, more, false);
     ImGui::Render();

@@ -33,6 +33,7 @@ class PanelHand {
 
   private:
     NumbersEditor numbers_;
+    Handles handles_;
     ServerState server_;
 };
 

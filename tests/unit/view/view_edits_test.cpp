@@ -8,12 +8,14 @@
 #include <functional>
 
 #include "client/view/camera_control.h"
+#include "client/view/layers/handles.h"
 #include "client/view/layers/hybrid_editor.h"
 #include "client/view/layers/ink_editor.h"
 #include "client/view/layers/mesh_editor.h"
 #include "client/view/layers/particles_editor.h"
 #include "client/view/layers/stipple_editor.h"
 #include "client/view/view_model.h"
+#include "protocol/scene/clip.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
 #include "tests/unit/view/panel_hand.h"
@@ -171,21 +173,59 @@ TEST(ViewEdits, OfACameraLeaveWhatItDoesNotSay) {
 
 TEST(ViewEdits, OfClipPlanesLeaveTheOthersAlone) {
     const auto view = viewOf(R"("hybrid": {"clipPlanes": [{"normal": [0, 3, 4], "distance": 0.001},
-        {"normal": [1, 2, 2], "distance": 101325.001}, {"normal": [0, 0, 7]}]})");
+        {"normal": [1, 2, 2], "distance": 101325.001}]}, "clip": {"planes": [{"normal": [0, 0, 7]}]})");
     ViewModel model;
     load(view, model);
-    auto& planes = controls<HybridEditor>(model).clipPlanes;
-    planes[1].distance = 5.0;  // three times that along the normal as it is said
-    auto edited = model.edited();
-    EXPECT_EQ(changedFields(view, edited), Fields{"layers[0].hybrid.clip_planes[1].distance"});
-    EXPECT_EQ(edited.layers(0).hybrid().clip_planes(1).distance(), 15.0);
-    planes.erase(planes.begin() + 1);
-    edited = model.edited();
-    ASSERT_EQ(edited.layers(0).hybrid().clip_planes_size(), 2);
-    EXPECT_EQ(toJson(edited.layers(0).hybrid().clip_planes(0)),
-              toJson(view.layers(0).hybrid().clip_planes(0)));
-    EXPECT_EQ(toJson(edited.layers(0).hybrid().clip_planes(1)),
-              toJson(view.layers(0).hybrid().clip_planes(2)));
+    auto clip = model.clip();
+    ASSERT_EQ(clip.planes_size(), 3);  // of the layer, and of its style
+    clip.mutable_planes(2)->set_distance(15.0);
+    ASSERT_TRUE(model.setClip(clip).ok());
+    const auto edited = model.edited();
+    EXPECT_EQ(changedFields(view, edited),
+              (Fields{"layers[0].hybrid.clip_planes", "layers[0].clip.planes"}));  // all are the layer's
+    EXPECT_TRUE(edited.layers(0).hybrid().clip_planes().empty());
+    EXPECT_EQ(toJson(edited.layers(0).clip()), toJson(clip));
+    clip.mutable_planes(0)->clear_normal();
+    EXPECT_FALSE(model.setClip(clip).ok());
+    EXPECT_EQ(toJson(model.edited()), toJson(edited));
+    EXPECT_TRUE(model.setClip({}).ok());
+    EXPECT_FALSE(model.edited().layers(0).has_clip());
+}
+
+TEST(ViewEdits, APlaneCutsAwayTheHalfBeforeTheEye) {
+    proto::Clip clip;
+    const Bounds box{glm::dvec3(0.0), {40.0, 20.0, 20.0}};
+    ASSERT_TRUE(cutBeforeMiddle(clip, box, {20.0, 10.0, 100.0}));
+    const auto stays = halfSpacesOf(parseClip(clip).value());
+    EXPECT_FALSE(inAll(stays, {20.0, 10.0, 11.0}));
+    EXPECT_TRUE(inAll(stays, {20.0, 10.0, 9.0}));
+    EXPECT_FALSE(cutBeforeMiddle(clip, box, box.center()));  // no direction
+    for (int i = 0; i < 20; ++i) cutBeforeMiddle(clip, box, {20.0, 10.0, 100.0});
+    EXPECT_EQ(clip.planes_size(), mostClipPlanes);
+    setClipBox(clip, clipBoxOf(clip, {glm::dvec3(5.0, -3.0, 1000.0), glm::dvec3(5.0, -3.0, 1000.0)}));
+    EXPECT_TRUE(parseClip(clip).ok());  // a flat dataset has a box too
+}
+
+TEST(ViewEdits, APlacementIsTheTransformThatItCameOf) {
+    test::Random random(35);
+    for (int i = 0; i < 200; ++i) {
+        Placement placement;
+        for (int axis = 0; axis < 3; ++axis) {
+            placement.shift[axis] = random.between(-5.0, 5.0);
+            placement.turn[axis] =
+                i % 10 == 0 ? 90.0 * static_cast<double>(random.below(4)) : random.between(-180.0, 180.0);
+            placement.stretch[axis] = random.between(0.1, 3.0) * (random.chance(0.3) ? -1.0 : 1.0);
+        }
+        const auto transform = placement.transform();
+        const auto again = Placement::of(transform);
+        ASSERT_TRUE(again.has_value());
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row)
+                EXPECT_NEAR(again->transform()[column][row], transform[column][row], 1e-9);
+    }
+    glm::dmat4 oblique(1.0);
+    oblique[1][0] = 0.3;
+    EXPECT_FALSE(Placement::of(oblique).has_value());
 }
 
 TEST(ViewEdits, OfAKnotLeaveTheOthersAlone) {
@@ -238,7 +278,7 @@ TEST(ViewEdits, ACurveThatIsLeftToTheDatasetIsSaidOnceItIsEdited) {
     ViewModel model;
     load(view, model);
     auto& hybrid = controls<HybridEditor>(model);
-    EXPECT_EQ(hybrid.clipPlanes.size(), 1U);
+    EXPECT_EQ(model.clip().planes_size(), 1);
     EXPECT_GT(hybrid.curve.knots().size(), 1U);
     EXPECT_TRUE(hybrid.curve.colors().empty());  // a server takes those of the view
     EXPECT_EQ(toJson(model.edited()), toJson(view));
@@ -253,7 +293,7 @@ TEST(ViewEdits, ADatasetThatIsMadeAnewTakesNothingOfTheView) {
     auto manifest = manifestFor(view.layers(0));
     manifest.mutable_hybrid()->set_value_max(7000.0);
     model.setDataset("a/b", manifest);
-    EXPECT_EQ(controls<HybridEditor>(model).clipPlanes.size(), 1U);
+    EXPECT_EQ(model.clip().planes_size(), 1);
     EXPECT_TRUE(controls<HybridEditor>(model).ownColorRange);
     EXPECT_EQ(toJson(model.edited()), toJson(view));
 }
@@ -302,6 +342,7 @@ std::string controlOf(const std::string& field) {
     for (const char* word : {"selections", "highlight", "select", "paths"}) {
         if (field.find(word) != field.npos) return "selection";
     }
+    if (field.find(".clip") != field.npos) return "cut";  // those of a style become the layer's
     if (field.find("color_by") != field.npos) return "colours by a column";
     if (field.ends_with("step") || field.ends_with("towards")) return "step";
     return field;
