@@ -13,13 +13,6 @@
 namespace mote::client {
 namespace {
 
-std::string lowered(std::string_view text) {
-    std::string small(text);
-    std::ranges::transform(small, small.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return small;
-}
-
 /// What the mouse does on the picture.
 constexpr std::array<std::pair<const char*, const char*>, 8> mouseHelp{
     {{"drag", "turn about what is under the pointer"},
@@ -41,18 +34,32 @@ void keyRow(const char* keys, const char* name) {
 
 }  // namespace
 
-std::vector<const Command*> findCommands(const std::vector<Command>& commands, std::string_view typed) {
-    std::istringstream in(lowered(typed));
+std::string loweredLetters(std::string_view text) {
+    std::string small(text);
+    std::ranges::transform(small, small.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return small;
+}
+
+std::vector<std::string> loweredWords(std::string_view typed) {
+    std::istringstream in(loweredLetters(typed));
     std::vector<std::string> words;
     for (std::string word; in >> word;) words.push_back(word);
+    return words;
+}
+
+bool holdsAll(const std::string& text, const std::vector<std::string>& words) {
+    return std::ranges::all_of(words, [&](const auto& word) { return text.find(word) != text.npos; });
+}
+
+std::vector<const Command*> findCommands(const std::vector<Command>& commands, std::string_view typed) {
+    const auto words = loweredWords(typed);
     std::vector<const Command*> found;
     for (const auto& command : commands) {
-        const auto name = lowered(command.group + (" " + command.name));
-        if (std::ranges::all_of(words, [&](const auto& word) { return name.find(word) != name.npos; }))
-            found.push_back(&command);
+        if (holdsAll(loweredLetters(command.group + (" " + command.name)), words)) found.push_back(&command);
     }
     std::ranges::stable_partition(found, [&](const Command* command) {
-        return !words.empty() && lowered(command->name).starts_with(words.front());
+        return !words.empty() && loweredLetters(command->name).starts_with(words.front());
     });
     return found;
 }

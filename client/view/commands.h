@@ -20,6 +20,13 @@ struct Command {
     bool repeats = false;  ///< while the key stays down
 };
 
+// What is typed to find something by.
+
+std::string loweredLetters(std::string_view text);
+std::vector<std::string> loweredWords(std::string_view typed);
+/// Whether a text of lower case holds each of them.
+bool holdsAll(const std::string& text, const std::vector<std::string>& words);
+
 /// Those whose names hold all words that were typed, those first that begin with the first one.
 std::vector<const Command*> findCommands(const std::vector<Command>& commands, std::string_view typed);
 

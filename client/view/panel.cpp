@@ -103,28 +103,20 @@ void drawKinds(ViewModel& model, const proto::Manifest& manifest, PanelActions& 
 /// `facts`: also what the shown step holds, and its axes.
 void drawDataset(ViewModel& model, LayerPanel& layer, bool facts) {
     if (!section("Dataset")) return;
-    std::vector<std::string_view> names;
-    for (const auto& entry : layer.server.catalogue.datasets()) names.emplace_back(entry.name());
-    std::string chosen = model.dataset();
-    if (chooseName("dataset", chosen, names)) layer.actions.openDataset = chosen;
+    const auto label = model.dataset() + "##dataset";
+    ImGui::PushStyleVar(ImGuiStyleVar_ButtonTextAlign, {0.0F, 0.5F});
+    if (ImGui::Button(label.c_str(), {ImGui::CalcItemWidth(), 0.0F}))
+        layer.actions.command = "Open dataset...";
+    ImGui::PopStyleVar();
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("another one (D)");
+    ImGui::SameLine(0.0F, ImGui::GetStyle().ItemInnerSpacing.x);
+    text("dataset");
     if (!layer.server.shown || !model.isDescribed()) return;
     drawOddStep(model, layer.actions);
     layer.step = model.step();
     if (!facts) return;
     drawKinds(model, layer.server.shown->manifest(), layer.actions);
     model.editor().drawFacts(layer);
-}
-
-/// A list of what there is to draw; the name that was chosen.
-std::optional<std::string> chooseDataset(const char* popup, const ServerState& server) {
-    std::optional<std::string> chosen;
-    if (!ImGui::BeginPopup(popup)) return chosen;
-    for (const auto& entry : server.catalogue.datasets()) {
-        if (ImGui::Selectable(fmt::format("{}  ({})", entry.name(), entry.kind()).c_str()))
-            chosen = entry.name();
-    }
-    ImGui::EndPopup();
-    return chosen;
 }
 
 bool isMissing(const ServerState& server, const std::string& dataset) {
@@ -171,8 +163,7 @@ void drawLayers(ViewModel& model, const LayerPanel& panel) {
     const int count = model.layers().size();
     for (int i = model.layers().size() - 1; i >= 0 && model.layers().size() == count; --i)
         if (model.layers().Get(i).kind_case() != proto::Layer::KIND_NOT_SET) drawLayerRow(model, i, panel);
-    if (ImGui::Button("Add...")) ImGui::OpenPopup("add");
-    panel.actions.addDataset = chooseDataset("add", panel.server);
+    commandButton(panel.actions, "Add dataset...", "Add...");
     ImGui::SameLine();
     ImGui::BeginDisabled(model.layers().empty());
     if (ImGui::Button("Duplicate")) {
@@ -180,8 +171,7 @@ void drawLayers(ViewModel& model, const LayerPanel& panel) {
         panel.actions.viewChanged = true;
     }
     ImGui::SameLine();
-    if (ImGui::Button("Replace...")) ImGui::OpenPopup("replace");
-    panel.actions.replaceDataset = chooseDataset("replace", panel.server);
+    commandButton(panel.actions, "Replace dataset...", "Replace...");
     ImGui::SameLine();
     if (ImGui::Button("Remove")) {
         model.removeLayer(model.chosen());

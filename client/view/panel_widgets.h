@@ -25,9 +25,6 @@ struct PanelActions {
     bool editing = false;      ///< and a control is still held
     std::optional<std::filesystem::path> openViewFrom, saveViewTo, openStyleFrom, saveStyleTo, savePictureTo;
     const char* command = nullptr;              ///< a name of the viewer's list
-    std::optional<std::string> openDataset;     ///< a name of the catalogue, to be worked on
-    std::optional<std::string> addDataset;      ///< likewise, to be drawn as well
-    std::optional<std::string> replaceDataset;  ///< likewise, that the chosen layer is to draw
     std::optional<AxisNames> plot;              ///< other axes of the shown run
     std::optional<std::string> cancelJob;       ///< an id
     std::optional<std::string> retryJob;        ///< an id

@@ -39,6 +39,7 @@ ConnectionSettings connectionSettings(const ViewOptions& options) {
 Viewer::Viewer(const ViewOptions& options)
     : options_(options),
       window_(options.width, options.height, "Mote"),
+      browser_(options.connection),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       connection_(options.connection, connectionSettings(options)),
       numbers_({[this](const proto::Query& query, QueryLine::Reply reply) {
@@ -74,8 +75,7 @@ void Viewer::listen() {
         if (state == Connection::State::lost && options_.exitAfterStill) exitStatus_ = 1;
     });
     connection_.onCatalogue([this](const proto::Catalogue& catalogue) {
-        server_.catalogue = catalogue;
-        film_.setCatalogue(catalogue);
+        takeCatalogue(catalogue);
         numbers_.forget();
         noteAwaited();
     });
@@ -88,11 +88,16 @@ void Viewer::listen() {
     });
 }
 
+void Viewer::takeCatalogue(const proto::Catalogue& catalogue) {
+    server_.catalogue = catalogue;
+    film_.setCatalogue(catalogue);
+    browser_.setCatalogue(catalogue);
+}
+
 void Viewer::askServer() {
     connection_.listDatasets([this](Result<proto::Catalogue> reply) {
         if (!reply.ok()) return say(reply.error().toString());
-        server_.catalogue = *reply;
-        film_.setCatalogue(*reply);
+        takeCatalogue(*reply);
         offerSession();
         if (model_.hasDataset()) {  // what it is may be another now
             return withDescription(model_.dataset(), [this](const proto::Description& description) {

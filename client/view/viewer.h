@@ -16,6 +16,7 @@
 #include "client/shared/connection.h"
 #include "client/shared/part_file.h"
 #include "client/view/commands.h"
+#include "client/view/datasets/dataset_browser.h"
 #include "client/view/desk.h"
 #include "client/view/film_editor.h"
 #include "client/view/numbers/numbers_editor.h"
@@ -73,6 +74,7 @@ class Viewer {
     void askServer();
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
+    void takeCatalogue(const proto::Catalogue& catalogue);
     void learnDatasets();
     void describeShown();
     /// Null: the server has none of this name.
@@ -132,6 +134,7 @@ class Viewer {
     void say(const std::string& message);
     void showPicture(const Area& area) const;
     void drawOver(const Area& area);
+    void browse(const PictureArea& area);
     std::vector<Note> whatIsWrong();
     void drawPrompts();
     void drawClosing();
@@ -159,6 +162,7 @@ class Viewer {
     Notes notes_;
     std::vector<Command> commands_;
     CommandPalette palette_;
+    DatasetBrowser browser_;
     bool keysShown_ = false;
     std::optional<Session> offered_;
     bool interactive_ = true;  // no script runs the viewer

@@ -244,9 +244,6 @@ void Viewer::apply(const PanelActions& actions) {
     moving_ |= actions.editing;
     say(actions.refused);
     if (actions.command != nullptr) run(actions.command);
-    if (actions.openDataset) openDataset(*actions.openDataset);
-    if (actions.addDataset) addDataset(*actions.addDataset);
-    if (actions.replaceDataset) setDataset(*actions.replaceDataset, false);
     if (actions.plot) plot(*actions.plot);
     for (const auto& job : server_.jobs) {
         if (job.id() != actions.saveFilm) continue;
@@ -359,6 +356,9 @@ void Viewer::makeCommands() {
         if (offered_) return takeUpSession(*offered_);
         say("No earlier session of this server is known.");
     });
+    add("File", "Open dataset...", "D", [this] { browser_.open(DatasetBrowser::Use::open); });
+    add("Layer", "Add dataset...", "", [this] { browser_.open(DatasetBrowser::Use::add); });
+    add("Layer", "Replace dataset...", "", [this] { browser_.open(DatasetBrowser::Use::replace); });
     add("Layer", "Cut away by hand", "C", [this] { handles_.cuts = !handles_.cuts; });
     add("Layer", "Place by hand", "G", [this] { handles_.places = !handles_.places; });
     add("Camera", "Fit", "F", [this] { fitView(); });
@@ -572,8 +572,18 @@ void Viewer::drawOver(const Area& area) {
         ++gesture_;
         command->run();
     }
+    browse(picture);
     drawPrompts();
     drawClosing();
+}
+
+void Viewer::browse(const PictureArea& area) {
+    const auto chosen = browser_.draw(area);
+    if (!chosen) return;
+    ++gesture_;
+    if (chosen->use == DatasetBrowser::Use::open) return openDataset(chosen->dataset);
+    if (chosen->use == DatasetBrowser::Use::add) return addDataset(chosen->dataset);
+    setDataset(chosen->dataset, false);
 }
 
 /// Within no other window: what a prompt keeps from the mouse is all the others.

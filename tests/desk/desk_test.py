@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a person does in mote-view, by mouse and keyboard in a real window; docs/VIEWER.md numbers it."""
-import functools
 import json
 import math
-import os
 import pathlib
 import random
 import signal
@@ -15,63 +13,11 @@ import unittest
 import numpy
 
 import hand
-
-PANEL = 940  # the panel's left edge in a window of 1280
-
-
-@functools.cache
-def data():
-    """A beam of six steps and its run, a plot of other axes, a volume, a surface; made once."""
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-data-"))
-    prep = lambda *arguments: subprocess.run([hand.BIN / "mote-prep", *map(str, arguments)], check=True,
-                                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    prep("synth", "beam", "--particles", 20000, "--steps", 6, "--seed", 1, "--out", folder / "run.h5")
-    prep("particles", folder / "run.h5", "--axes", "x,px,y", "--out", folder / "beam.mote")
-    size = 24
-    z, y, x = numpy.mgrid[:size, :size, :size] - (size - 1) / 2
-    ball = numpy.clip(255 * (1 - numpy.sqrt(x * x + y * y + z * z) / size * 2), 0, 255).astype(numpy.uint8)
-    (folder / "ball.raw").write_bytes(ball.tobytes())
-    prep("volume", folder / "ball.raw", "--dimensions", size, size, size, "--out", folder / "ct.mote")
-    (folder / "cube.obj").write_text("".join(f"v {i & 1} {i >> 1 & 1} {i >> 2}\n" for i in range(8)) + "".join(
-        f"f {a + 1} {b + 1} {d + 1}\nf {a + 1} {d + 1} {c + 1}\n"
-        for a, b, c, d in ((0, 2, 1, 3), (4, 5, 6, 7), (0, 1, 4, 5), (2, 6, 3, 7), (0, 4, 2, 6), (1, 3, 5, 7))))
-    prep("mesh", folder / "cube.obj", "--out", folder / "magnet.mote")
-    return folder
+from desk_case import PANEL, DeskCase, data, warm
 
 
-def warm(picture):
-    """Where the beam is: neither grey nor blue."""
-    r, b = picture[..., 0].astype(int), picture[..., 2].astype(int)
-    return (r > 90) & (r > b + 40)
+class Desk(DeskCase):
 
-
-@unittest.skipIf(hand.missing(), hand.missing())
-class Desk(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-server-"))
-        cls.server = hand.Server(cls.folder, data())
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.server.close()
-
-    def viewer(self, *more, **how):
-        viewer = hand.Viewer(["--connect", self.server.connection, *more], **how)
-        self.addCleanup(viewer.close)
-        return viewer
-
-    def beam(self, *more, **how):
-        """The viewer with the beam in it, at rest."""
-        viewer = self.viewer(*more, **how)
-        viewer.see("exact", size=how.get("letters", 14))
-        viewer.until(lambda: warm(viewer.picture()[:, :PANEL]).sum() > 2000, "the beam")
-        return viewer
-
-    def saved(self, name, view):
-        path = self.folder / name
-        path.write_text(json.dumps(view), encoding="utf-8")
-        return path
 
     # Nothing is final.
 
@@ -144,11 +90,11 @@ class Desk(unittest.TestCase):
         viewer.drag((300, 300), (450, 330))
         before = viewer.shows(lambda view: "camera" in view and view["layers"][0].get("step") == 1)
         viewer.press("data/beam", within=(PANEL, 130, 1160, 170))
-        viewer.press("data/ct", within=(PANEL, 160, 1280, 400))
+        viewer.press("data/ct", within=self.LIST)
         viewer.until(lambda: viewer.desk()["subject"] == "data/ct", "the volume")
         self.assertEqual(viewer.desk()["views"]["data/beam"], before)
         viewer.press("data/ct", within=(PANEL, 130, 1160, 170))
-        viewer.press("data/beam", within=(PANEL, 150, 1280, 400))
+        viewer.press("data/beam", within=self.LIST)
         viewer.until(lambda: viewer.desk()["subject"] == "data/beam", "the beam again")
         self.assertEqual(viewer.view(), before)
 
@@ -253,57 +199,9 @@ class Desk(unittest.TestCase):
         viewer = self.viewer("--view", path)
         viewer.see("data/gone (missing)", within=(PANEL, 0, 1280, 720))
         viewer.press("Replace...")
-        viewer.press("data/beam  (particles)")
+        viewer.press("data/beam", within=self.LIST)
         viewer.shows(lambda view: view and view["layers"][0]["dataset"] == "data/beam"
                      and view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
-
-    # Layers.
-
-    def add(self, viewer, name):
-        viewer.press("Add...")
-        viewer.press(name)
-
-    def test_15_a_layer_is_added(self):
-        viewer = self.beam()
-        self.add(viewer, "data/magnet  (mesh)")
-        viewer.shows(lambda view: view and "mesh" in view["layers"][1])
-        viewer.see("Mesh")  # its editor
-
-    def test_16_the_eye_hides_and_shows_a_layer(self):
-        viewer = self.beam()
-        x, y = viewer.see("data/beam  particles")
-        viewer.click(PANEL + 18, y)
-        viewer.shows(lambda view: view and view["layers"][0]["opacity"] == 0)
-        viewer.until(lambda: warm(viewer.picture()[:600, :840]).sum() < 50, "an empty picture")
-        viewer.click(PANEL + 18, y)
-        viewer.until(lambda: warm(viewer.picture()[:600, :840]).sum() > 2000, "the beam")
-
-    def test_17_layers_change_places_by_dragging(self):
-        viewer = self.beam()
-        self.add(viewer, "data/ct  (hybrid)")
-        begin = viewer.see("data/ct  hybrid")
-        end = viewer.see("data/beam  particles")
-        self.assertLess(begin[1], end[1])  # the upper one is over the others
-        viewer.drag(begin, end)
-        viewer.shows(lambda view: view and [layer["dataset"] for layer in view["layers"]] == ["data/ct", "data/beam"])
-
-    def test_18_a_layer_is_removed_and_comes_back(self):
-        viewer = self.beam()
-        self.add(viewer, "data/ct  (hybrid)")
-        viewer.shows(lambda view: view and len(view["layers"]) == 2)
-        viewer.press("Remove")
-        viewer.shows(lambda view: len(view["layers"]) == 1)
-        viewer.key("ctrl+z")
-        viewer.shows(lambda view: len(view["layers"]) == 2)
-
-    def test_19_each_layer_has_its_editor(self):
-        viewer = self.beam()
-        self.add(viewer, "data/ct  (hybrid)")
-        viewer.see("own range of colours")
-        viewer.key("Right")  # the beam's steps, for the volume has none
-        viewer.shows(lambda view: view["layers"][0].get("step") == 1 and "step" not in view["layers"][1])
-        viewer.press("data/beam  particles")
-        viewer.see("Volume: opacity over log density")
 
     # The first picture.
 
@@ -587,68 +485,6 @@ class Desk(unittest.TestCase):
         viewer.gone("Pause")
         viewer.shows(lambda view: view and view["layers"][0].get("step", 0) == 0)
 
-    # Curves, colours, styles.
-
-    def test_48_a_new_knot_acts_where_it_is(self):
-        viewer = self.beam()
-        x, y = viewer.see("Points: fraction over log density")
-        viewer.click(1104, y + 60)
-        curve = viewer.shows(lambda view: view and "curve" in view["layers"][0]["particles"].get("points", {}))
-        knots = [(knot.get("density", 0), knot.get("fraction", 0)) for knot in curve["layers"][0]["particles"]["points"]["curve"]]
-        self.assertEqual((knots[0][0], knots[-1][0]), (0, 1))
-        self.assertEqual(knots[0][1], 1)
-        self.assertTrue(any(abs(at - 0.5) < 0.05 and value < 0.9 for at, value in knots), knots)
-
-    def test_49_a_knots_numbers_are_typed(self):
-        viewer = self.beam()
-        viewer.press("Layers")  # folded, the rest is to be seen
-        x, y = viewer.see("Points: fraction over log density")
-        viewer.click(1104, y + 60)
-        viewer.move(400, 650)
-        viewer.gone("fraction", within=(1100, y + 20, 1280, y + 100))  # at the pointer
-        x, y = viewer.see("fraction", within=(1100, y + 100, 1280, 720))
-        viewer.click(x - 60, y)
-        viewer.key("ctrl+a")
-        viewer.type("0.125")
-        viewer.key("Return")
-        viewer.shows(lambda view: any(knot.get("fraction") == 0.125 for knot in view["layers"][0]["particles"]["points"]["curve"]))
-
-    def test_50_a_colour_map_is_chosen_by_its_colours(self):
-        viewer = self.beam()
-        viewer.press("inferno", within=(PANEL, 560, 1160, 720))
-        viewer.press("viridis")
-        viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
-
-    def test_51_a_style_is_copied_to_another_layer(self):
-        viewer = self.beam()
-        viewer.press("Duplicate")
-        viewer.shows(lambda view: len(view.get("layers", ())) == 2)
-        viewer.press("inferno", within=(PANEL, 560, 1160, 720))
-        viewer.press("viridis")
-        viewer.shows(lambda view: view and view["layers"][1]["particles"]["volume"]["colorMap"] == "viridis")
-        viewer.do("Copy style")
-        viewer.press("data/beam  particles", nth=1)
-        viewer.do("Paste style")
-        viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
-
-    def test_52_a_style_is_saved_and_opened(self):
-        viewer = self.beam()
-        viewer.press("inferno", within=(PANEL, 560, 1160, 720))
-        viewer.press("viridis")
-        viewer.shows(lambda view: view and view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
-        viewer.do("Save style...")
-        viewer.see("Cancel")
-        viewer.key("Return")
-        path = viewer.folder / "style.json"
-        viewer.until(path.exists, "the file")
-        viewer.gone("Cancel")
-        viewer.key("ctrl+z")
-        viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "inferno")
-        viewer.do("Open style...")
-        viewer.see("Cancel")
-        viewer.key("Return")
-        viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
-
     # Pictures.
 
     def test_53_a_picture_is_saved_at_any_size(self):
@@ -768,105 +604,6 @@ class Desk(unittest.TestCase):
             viewer.gone("Connect now")
             viewer.key("Right")
             viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
-
-    # Cut and placed by hand: a unit is 172 pixels, the middle of all stands at 470, 344.
-
-    def straight(self, **layer):
-        """The beam from the front, without perspective."""
-        path = self.saved("straight.json", {
-            "camera": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 4},
-            "layers": [{"dataset": "data/beam", "particles": {}, **layer}]})
-        return self.beam("--view", path)
-
-    @staticmethod
-    def at(x, y, right=0, down=0):
-        return 470 + 172 * x + right, 344 - 172 * y + down
-
-    def columns(self, viewer):
-        return numpy.nonzero(warm(viewer.picture()[:600, :PANEL]).any(0))[0]
-
-    def test_62_a_face_of_the_box_is_dragged(self):
-        viewer = self.straight()
-        end = self.columns(viewer).max()
-        self.assertGreater(end, self.at(0.4, 0)[0])
-        viewer.key("c")
-        viewer.drag(self.at(1, 0), self.at(0.25, 0), steps=12)
-        box = viewer.shows(lambda view: view and "clip" in view["layers"][0])["layers"][0]["clip"]["box"]
-        numpy.testing.assert_allclose(box["max"], [0.25, 1, 1], atol=0.02)
-        self.assertEqual(box["min"], [-1, -1, -1])
-        viewer.key("c")  # handles are warm too
-        viewer.until(lambda: abs(self.columns(viewer).max() - self.at(0.25, 0)[0]) < 6, "the cut")
-        viewer.key("ctrl+z")  # one gesture
-        viewer.shows(lambda view: "clip" not in view["layers"][0])
-        viewer.until(lambda: abs(self.columns(viewer).max() - end) < 3, "all of it")
-
-    def test_63_a_plane_is_dragged_and_turned(self):
-        viewer = self.straight(clip={"planes": [{"normal": [2, 0, 0], "distance": 0}]})
-        plane = lambda view: view["layers"][0]["clip"]["planes"][0]
-        viewer.key("c")
-        viewer.drag(self.at(0, 0), self.at(0.5, 0), steps=12)
-        viewer.shows(lambda view: view and abs(plane(view).get("distance", 0) - 1) < 0.05)  # the normal is 2 long
-        viewer.drag(self.at(0.5, 0, right=70), self.at(0.5, 0, down=-70))
-        view = viewer.shows(lambda view: abs(plane(view)["normal"][1] - 2) < 0.05)
-        self.assertLess(abs(plane(view)["normal"][0]) + abs(plane(view).get("distance", 0)), 0.1)
-        viewer.key("c")
-        viewer.until(lambda: not warm(viewer.picture()[352:600, :PANEL]).any(), "the lower half's end")
-        viewer.key("ctrl+z")
-        viewer.key("ctrl+z")
-        viewer.shows(lambda view: plane(view).get("distance", 0) == 0 and plane(view)["normal"] == [2, 0, 0])
-
-    def test_64_cut_by_numbers(self):
-        viewer = self.beam()
-        viewer.move(1100, 500)
-        viewer.key("c")  # unfolds it
-        viewer.wheel(1100, 600, -8)
-        viewer.press("Cut in front of the middle")
-        viewer.shows(lambda view: view and len(view["layers"][0]["clip"]["planes"]) == 1)
-        before = viewer.view()["layers"][0]["clip"]["planes"][0]
-        viewer.press("Other side")
-        viewer.shows(lambda view: view["layers"][0]["clip"]["planes"][0]["normal"] == [-n for n in before["normal"]])
-        viewer.press("box", within=(PANEL, 0, 1150, 720))
-        viewer.shows(lambda view: view["layers"][0]["clip"].get("box", {}).get("min") == [-1, -1, -1])
-        viewer.press("Remove plane")
-        viewer.shows(lambda view: "planes" not in view["layers"][0]["clip"])
-
-    def test_65_a_layer_is_shifted_turned_and_stretched(self):
-        viewer = self.straight()
-        begin = self.columns(viewer).min()
-        moved = lambda view: numpy.reshape(view["layers"][0]["transform"], (4, 4))
-        viewer.key("g")
-        viewer.drag(self.at(0, 0, right=90), self.at(0.5, 0, right=90))
-        view = viewer.shows(lambda view: view and abs(view["layers"][0].get("transform", [0] * 4)[3] - 0.5) < 0.02)
-        numpy.testing.assert_allclose(moved(view)[:, :3], numpy.eye(4)[:, :3])
-        viewer.key("g")
-        viewer.until(lambda: abs(self.columns(viewer).min() - begin - 86) < 6, "the shift")
-        viewer.key("g")
-        viewer.key("ctrl+z")
-        viewer.shows(lambda view: "transform" not in view["layers"][0])
-        viewer.drag(self.at(0, 0, 44, -44), self.at(0, 0, -44, -44))
-        view = viewer.shows(lambda view: "transform" in view["layers"][0])
-        numpy.testing.assert_allclose(moved(view)[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=0.03)
-        viewer.drag(self.at(0, 0, 78, -78), self.at(0, 0, 156, -156))
-        view = viewer.shows(lambda view: numpy.abs(moved(view)).max() > 1.5)
-        numpy.testing.assert_allclose(moved(view)[:3, :3], [[0, -2, 0], [2, 0, 0], [0, 0, 2]], atol=0.1)
-        viewer.key("ctrl+z")
-        viewer.key("ctrl+z")
-        viewer.shows(lambda view: "transform" not in view["layers"][0])
-
-    def test_66_a_place_is_typed(self):
-        viewer = self.beam()
-        viewer.key("g")
-        viewer.move(1100, 500)
-        viewer.wheel(1100, 600, -8)
-        for what, number, place in (("shift", "0.25", 3), ("stretch", "2", 0)):
-            x, y = viewer.see(what, within=(1150, 0, 1280, 720))
-            viewer.click(x - 210, y)
-            viewer.key("ctrl+a")
-            viewer.type(number)
-            viewer.key("Return")
-            viewer.shows(lambda view: view and view["layers"][0].get("transform", [0] * 16)[place] == float(number))
-        viewer.press("Back to its own place")
-        viewer.shows(lambda view: "transform" not in view["layers"][0])
 
 
 if __name__ == "__main__":

@@ -91,6 +91,11 @@ class Display:
             self.x11.XSendEvent(self.handle, window, 0, 0, ctypes.byref(event))
         self._sync()
 
+    def resize(self, width, height):
+        for window in self._windows():
+            self.x11.XResizeWindow(ctypes.c_void_p(self.handle), ctypes.c_ulong(window), width, height)
+        self._sync()
+
     def key(self, name, down):
         code = self.x11.XKeysymToKeycode(self.handle, self.x11.XStringToKeysym(name.encode()))
         assert code, name
@@ -119,20 +124,33 @@ def word_picture(word, size):
     return numpy.asarray(picture, float).reshape(size, fine, -1, fine).mean((1, 3))
 
 
+def fast_length(least):
+    """The next length whose transform is fast."""
+    while True:
+        left = least
+        for factor in (2, 3, 5):
+            while left % factor == 0:
+                left //= factor
+        if left == 1:
+            return least
+        least += 1
+
+
 def find_pattern(grey, pattern):
-    """Where the window is most like the pattern: (how like, x, y) of its upper left, by normalised correlation."""
+    """How like the pattern each place of the window is, by its upper left: normalised correlation."""
     rows, columns = pattern.shape
-    shape = (grey.shape[0] + rows - 1, grey.shape[1] + columns - 1)
-    transform = lambda a: numpy.fft.rfft2(a, shape)
-    flat = numpy.ones_like(pattern)
+    shape = [fast_length(side) for side in grey.shape]  # what wraps around is cut off
     pattern = pattern - pattern.mean()
-    spectrum = transform(grey)
-    full = lambda kernel, of: numpy.fft.irfft2(of * transform(kernel[::-1, ::-1]), shape)[
-        rows - 1:grey.shape[0], columns - 1:grey.shape[1]]
-    cross, mean = full(pattern, spectrum), full(flat, spectrum) / flat.size
-    spread = full(flat, transform(grey * grey)) - flat.size * mean * mean
-    like = cross / numpy.sqrt(numpy.maximum(spread, 1e3) * (pattern * pattern).sum())
-    return like
+    transform = lambda a: numpy.fft.rfft2(a, shape)
+    whole = numpy.fft.irfft2(transform(grey) * numpy.conj(transform(pattern)), shape)
+    cross = whole[:grey.shape[0] - rows + 1, :grey.shape[1] - columns + 1]
+
+    def boxes(a):
+        sums = numpy.pad(a.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+        return sums[rows:, columns:] - sums[:-rows, columns:] - sums[rows:, :-columns] + sums[:-rows, :-columns]
+
+    spread = boxes(grey * grey) - boxes(grey) ** 2 / pattern.size
+    return cross / numpy.sqrt(numpy.maximum(spread, 1e3) * (pattern * pattern).sum())
 
 
 class Viewer:

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/datasets/dataset_browser.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "client/view/commands.h"
+#include "client/view/panel_widgets.h"
+
+namespace mote::client {
+namespace {
+
+constexpr float browserWidth = 860.0F, browserHeight = 560.0F, pictureWidth = 80.0F, pictureHeight = 45.0F;
+constexpr const char* browserTitles[] = {"Open a dataset", "Draw a dataset as well",
+                                         "Let the layer draw another dataset"};
+
+/// Less than 0 where one comes before the other.
+int compareBy(DatasetIndex::Column column, const proto::Catalogue::Entry& one,
+              const proto::Catalogue::Entry& other) {
+    const auto order = [](std::uint64_t a, std::uint64_t b) { return a < b ? -1 : a > b ? 1 : 0; };
+    switch (column) {
+        case DatasetIndex::Column::kind:
+            return one.kind().compare(other.kind());
+        case DatasetIndex::Column::steps:
+            return order(one.steps(), other.steps());
+        case DatasetIndex::Column::size:
+            return order(one.particles(), other.particles());
+        case DatasetIndex::Column::title:
+            return one.title().compare(other.title());
+        default:
+            return one.name().compare(other.name());
+    }
+}
+
+}  // namespace
+
+void DatasetIndex::setCatalogue(const proto::Catalogue& catalogue) {
+    entries_.assign(catalogue.datasets().begin(), catalogue.datasets().end());
+    texts_.clear();
+    for (const auto& entry : entries_)
+        texts_.push_back(loweredLetters(entry.name() + ' ' + entry.kind() + ' ' + entry.title()));
+    known_ = false;
+}
+
+const std::vector<int>& DatasetIndex::find(std::string_view typed, Column column, bool descending) {
+    if (std::exchange(known_, true) && typed == typed_ && column == column_ && descending == descending_)
+        return found_;
+    typed_ = typed;
+    column_ = column;
+    descending_ = descending;
+    const auto words = loweredWords(typed);
+    found_.clear();
+    for (std::size_t i = 0; i < texts_.size(); ++i) {
+        if (holdsAll(texts_[i], words)) found_.push_back(static_cast<int>(i));
+    }
+    std::ranges::stable_sort(found_, [&](int one, int other) {
+        const int order = compareBy(column, entries_[static_cast<std::size_t>(one)],
+                                    entries_[static_cast<std::size_t>(other)]);
+        return descending ? order > 0 : order < 0;
+    });
+    return found_;
+}
+
+void DatasetBrowser::open(Use use) {
+    use_ = use;
+    opening_ = true;
+}
+
+void DatasetBrowser::setCatalogue(const proto::Catalogue& catalogue) {
+    catalogue_ = catalogue;
+    index_.setCatalogue(catalogue);
+}
+
+std::optional<DatasetBrowser::Choice> DatasetBrowser::draw(const PictureArea& area) {
+    const bool begins = std::exchange(opening_, false);
+    if (begins) {
+        typed_.fill('\0');
+        row_ = 0;
+        ImGui::OpenPopup("datasets");
+    }
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({area.width / 2.0F, display.y / 2.0F}, ImGuiCond_Always, {0.5F, 0.5F});
+    ImGui::SetNextWindowSize({std::min(browserWidth * area.scale, area.width - 10.0F),
+                              std::min(browserHeight * area.scale, display.y - 20.0F)});
+    ImGui::SetNextWindowBgAlpha(1.0F);
+    if (!ImGui::BeginPopup("datasets")) {
+        if (std::exchange(open_, false)) thumbnails_.rest();
+        return std::nullopt;
+    }
+    open_ = true;
+    chosen_.reset();
+    text(browserTitles[static_cast<std::size_t>(use_)]);
+    if (begins) ImGui::SetKeyboardFocusHere();
+    ImGui::SetNextItemWidth(-1.0F);
+    const bool entered =
+        ImGui::InputTextWithHint("##typed", "type a part of a name, a kind, a title", typed_.data(),
+                                 typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+    drawList(area.scale);
+    if (entered && row_ < static_cast<int>(found_.size()))
+        chosen_ = catalogue_.datasets(found_[static_cast<std::size_t>(row_)]).name();
+    if (chosen_ || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    thumbnails_.show(seen_);
+    return chosen_ ? std::optional(Choice{use_, *chosen_}) : std::nullopt;
+}
+
+void DatasetBrowser::drawList(float scale) {
+    seen_.clear();
+    constexpr auto flags = ImGuiTableFlags_ScrollY | ImGuiTableFlags_Sortable | ImGuiTableFlags_RowBg |
+                           ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_Resizable;
+    const float below = ImGui::GetTextLineHeightWithSpacing();
+    if (!ImGui::BeginTable("list", 6, flags, {0.0F, -below})) return;
+    constexpr auto fixed = ImGuiTableColumnFlags_WidthFixed;
+    const auto column = [&](const char* name, ImGuiTableColumnFlags flag, float width) {
+        ImGui::TableSetupColumn(name, flag, width);
+    };
+    column("##picture", fixed | ImGuiTableColumnFlags_NoSort | ImGuiTableColumnFlags_NoResize,
+           pictureWidth * scale);
+    column("name", ImGuiTableColumnFlags_WidthStretch | ImGuiTableColumnFlags_DefaultSort, 3.0F);
+    column("kind", fixed, 70.0F * scale);
+    column("steps", fixed, 60.0F * scale);
+    column("size", fixed, 95.0F * scale);
+    column("title", ImGuiTableColumnFlags_WidthStretch, 2.0F);
+    ImGui::TableSetupScrollFreeze(0, 1);
+    ImGui::TableHeadersRow();
+    if (auto* sorted = ImGui::TableGetSortSpecs(); sorted != nullptr && sorted->SpecsCount > 0) {
+        column_ = static_cast<DatasetIndex::Column>(sorted->Specs[0].ColumnIndex);
+        descending_ = sorted->Specs[0].SortDirection == ImGuiSortDirection_Descending;
+    }
+    const std::string before = std::exchange(sought_, typed_.data());
+    found_ = index_.find(typed_.data(), column_, descending_);
+    if (before != sought_) row_ = 0;
+    const int count = static_cast<int>(found_.size());
+    const float height = pictureHeight * scale + 2.0F * ImGui::GetStyle().CellPadding.y;
+    takeKeys(count, height);
+    ImGuiListClipper clipper;
+    clipper.Begin(count, height);
+    while (clipper.Step()) {
+        for (int row = clipper.DisplayStart; row < clipper.DisplayEnd; ++row)
+            drawRow(row, pictureHeight * scale);
+    }
+    ImGui::EndTable();
+    const int all = catalogue_.datasets_size();
+    dim(all == 0 ? "The server has no datasets."
+                 : fmt::format("{} of {}   Enter takes the marked one", count, all));
+}
+
+void DatasetBrowser::takeKeys(int count, float height) {
+    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
+    const int page = std::max(static_cast<int>(ImGui::GetWindowHeight() / height) - 2, 1);
+    const int way = (pressed(ImGuiKey_DownArrow) ? 1 : 0) - (pressed(ImGuiKey_UpArrow) ? 1 : 0) +
+                    (pressed(ImGuiKey_PageDown) ? page : 0) - (pressed(ImGuiKey_PageUp) ? page : 0);
+    row_ = std::clamp(row_ + way, 0, std::max(count - 1, 0));
+    if (way == 0) return;
+    const float top = static_cast<float>(row_) * height;
+    const float room = ImGui::GetWindowHeight() - 2.0F * height;
+    ImGui::SetScrollY(std::clamp(ImGui::GetScrollY(), std::max(top - room, 0.0F), top));
+}
+
+void DatasetBrowser::drawRow(int row, float height) {
+    const auto& entry = catalogue_.datasets(found_[static_cast<std::size_t>(row)]);
+    seen_.push_back(&entry);
+    ImGui::PushID(row);
+    ImGui::TableNextRow(ImGuiTableRowFlags_None, height);
+    ImGui::TableNextColumn();
+    const ImVec2 at = ImGui::GetCursorPos();
+    if (ImGui::Selectable("##row", row == row_,
+                          ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_DontClosePopups,
+                          {0.0F, height}))
+        chosen_ = entry.name();
+    if (auto* picture = thumbnails_.handle(entry)) {
+        ImGui::SetCursorPos(at);
+        ImGui::Image(picture, {height * pictureWidth / pictureHeight, height});
+    }
+    const auto cell = [height](const std::string& words) {
+        ImGui::TableNextColumn();
+        ImGui::SetCursorPosY(ImGui::GetCursorPosY() + 0.5F * (height - ImGui::GetTextLineHeight()));
+        text(words);
+        if (ImGui::IsItemHovered() && ImGui::GetContentRegionAvail().x < ImGui::GetItemRectSize().x)
+            ImGui::SetTooltip("%s", words.c_str());
+    };
+    cell(entry.name());
+    cell(entry.kind());
+    cell(entry.steps() > 0 ? fmt::format("{}", entry.steps()) : "");
+    cell(entry.particles() > 0 ? metric(static_cast<double>(entry.particles()), "particles") : "");
+    cell(entry.title());
+    ImGui::PopID();
+}
+
+}  // namespace mote::client

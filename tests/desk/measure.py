@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long mote-view takes, in a real window of a virtual display: docs/VIEWER.md has the table.
+
+    MOTE_BIN=build/release/bin measure.py PART...
+
+Parts: file, connect, frozen, dead, slow, large, small, many, rest. Frame times are those that Mesa's own counter tells
+(GALLIUM_HUD), while a hand stirs faster than frames come.
+"""
+import os
+import pathlib
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+HUD = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-frames-"))
+os.environ.update(GALLIUM_HUD="frametime", GALLIUM_HUD_DUMP_DIR=str(HUD), GALLIUM_HUD_PERIOD="0", GALLIUM_HUD_VISIBLE="false")
+
+import hand  # noqa: E402
+from desk_case import data, warm  # noqa: E402
+
+PARTICLES = {"file": 1_000_000, "connect": 10_000_000}
+
+
+def prepare(*arguments):
+    subprocess.run([hand.BIN / "mote-prep", *map(str, arguments)], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+
+
+def run_of(particles, folder):
+    path = folder / "run.h5"
+    prepare("synth", "beam", "--particles", particles, "--steps", 1, "--seed", 1, "--out", path)
+    return path
+
+
+def until_useful(arguments, **how):
+    """Seconds from the command to a beam on the screen."""
+    display = hand.Display(1280, 720)
+    begin = time.monotonic()
+    viewer = hand.Viewer(arguments, display=display, **how)
+    viewer.until(lambda: warm(viewer.picture()[:, :940]).sum() > 2000, "the beam", patience=300)
+    taken = time.monotonic() - begin
+    viewer.close()
+    display.close()
+    return taken
+
+
+def frames():
+    return [float(line) for path in HUD.iterdir() for line in path.read_text(encoding="ascii").split()]
+
+
+def stir(viewer, say, seconds=4.0, hold=False):
+    """Moves the mouse over the window, faster than frames come, and says how long these took."""
+    width, height = viewer.size
+    time.sleep(0.5)
+    before = len(frames())
+    viewer.move(width // 3, height // 2)
+    if hold:
+        viewer.display.button(1, True)
+    end = time.monotonic() + seconds
+    step = 0
+    while time.monotonic() < end:
+        step += 1
+        x = step % 100 + (width // 3 if hold else width - 300 if step % 400 < 200 else width // 3)
+        viewer.move(x, height // 2 + step % 37)
+        time.sleep(0.001)
+    if hold:
+        viewer.display.button(1, False)
+    taken = sorted(frames()[before:])
+    if not taken:
+        return print(f"{say}: no frame")
+    print(f"{say}: {len(taken)} frames, median {statistics.median(taken):.1f} ms, 95% within "
+          f"{taken[int(0.95 * len(taken))]:.1f} ms, longest {taken[-1]:.1f} ms", flush=True)
+
+
+def processes(server):
+    children = subprocess.run(["pgrep", "-P", str(server.process.pid)], capture_output=True, text=True, check=False).stdout
+    return [server.process.pid, *map(int, children.split())]
+
+
+def tell(server, what):
+    for process in processes(server):
+        os.kill(process, what)
+
+
+def shown(folder, root, size=(1280, 720)):
+    server = hand.Server(folder, root)
+    viewer = hand.Viewer(["--connect", server.connection], size=size)
+    viewer.see("exact", within=(size[0] - 340, 60, size[0], 110))
+    return server, viewer
+
+
+def part_file(folder):
+    path = run_of(PARTICLES["file"], folder)
+    state = tempfile.mkdtemp()
+    print(f"mote-view run.h5, {PARTICLES['file']:,} particles, to a useful picture: {until_useful([path], state=state):.2f} s")
+    print(f"again, prepared: {until_useful([path], state=state):.2f} s")
+
+
+def part_connect(folder):
+    root = folder / "root"
+    root.mkdir()
+    prepare("particles", run_of(PARTICLES["connect"], folder), "--axes", "x,px,y", "--out", root / "beam.mote")
+    with hand.Server(folder, root) as server:
+        for what in ("first", "again"):
+            taken = until_useful(["--connect", server.connection])
+            print(f"mote-view --connect, {PARTICLES['connect']:,} particles, {what}: {taken:.2f} s", flush=True)
+
+
+def part_frozen(folder):
+    server, viewer = shown(folder, data())
+    stir(viewer, "well, the mouse over panel and picture")
+    stir(viewer, "well, a drag turns the picture", hold=True)
+    tell(server, signal.SIGSTOP)
+    stir(viewer, "frozen server")
+    stir(viewer, "frozen server, a drag", hold=True)
+    tell(server, signal.SIGCONT)
+    viewer.close()
+    server.close()
+
+
+def part_dead(folder):
+    server, viewer = shown(folder, data())
+    server.close()
+    viewer.see("Connect now", within=(0, 0, 940, 720))
+    stir(viewer, "dead server, said on the picture")
+    viewer.close()
+
+
+def part_slow(folder):
+    server, viewer = shown(folder, data())
+    running = True
+
+    def starve():
+        while running:
+            tell(server, signal.SIGSTOP)
+            time.sleep(0.18)
+            tell(server, signal.SIGCONT)
+            time.sleep(0.02)
+
+    thread = threading.Thread(target=starve)
+    thread.start()
+    stir(viewer, "server that runs a tenth of the time, a drag", hold=True)
+    running = False
+    thread.join()
+    viewer.close()
+    server.close()
+
+
+def part_large(folder):
+    server, viewer = shown(folder, data(), (7680, 4320))
+    stir(viewer, "window of 7680 x 4320", seconds=8)
+    viewer.close()
+    server.close()
+
+
+def part_small(folder):
+    server, viewer = shown(folder, data())
+    viewer.display.resize(1, 1)
+    time.sleep(2)
+    viewer.alive()
+    viewer.display.resize(1280, 720)
+    viewer.see("exact", within=(940, 60, 1280, 110))
+    print("window of 1 x 1 and back: it shows the exact picture again")
+    viewer.close()
+    server.close()
+
+
+def part_many(folder):
+    root = folder / "root"
+    root.mkdir()
+    for i in range(10_000):
+        subprocess.run(["cp", "-al", data() / "magnet.mote", root / f"run-{i:05}.mote"], check=True)
+    subprocess.run(["cp", "-al", data() / "beam.mote", root / "beam.mote"], check=True)
+    begin = time.monotonic()
+    server, viewer = shown(folder, root)
+    print(f"10,001 datasets: {time.monotonic() - begin:.2f} s to server, window and exact picture", flush=True)
+    stir(viewer, "10,001 datasets, the mouse over panel and picture")
+    viewer.key("d")
+    viewer.see("10001 of 10001", within=(40, 80, 940, 720))
+    stir(viewer, "their list, the mouse on it and its pictures being made")
+    before = len(frames())
+    for _ in range(60):
+        viewer.wheel(400, 400, -1)
+        time.sleep(0.03)
+    viewer.type("run 0123")
+    viewer.see("10 of 10001", within=(40, 80, 940, 720))
+    taken = sorted(frames()[before:])
+    print(f"wheel and eight letters: longest frame {taken[-1]:.1f} ms, median {statistics.median(taken):.1f} ms")
+    viewer.close()
+    server.close()
+
+
+def part_rest(folder):
+    server, viewer = shown(folder, data())
+    ticks = lambda: sum(map(int, pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text(encoding="ascii")
+                            .rsplit(")", 1)[1].split()[11:13]))
+    time.sleep(5)
+    before, drawn = ticks(), len(frames())
+    time.sleep(20)
+    print(f"at rest: {(ticks() - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
+    viewer.close()
+    server.close()
+
+
+if __name__ == "__main__":
+    for part in sys.argv[1:]:
+        for old in HUD.iterdir():
+            old.unlink()
+        globals()["part_" + part](pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-measure-")))

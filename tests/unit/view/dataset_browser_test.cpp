@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/datasets/dataset_browser.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tests/support/random.h"
+
+namespace mote::client {
+namespace {
+
+using Column = DatasetIndex::Column;
+
+proto::Catalogue catalogueOf(int count) {
+    test::Random random(35);
+    proto::Catalogue catalogue;
+    for (int i = 0; i < count; ++i) {
+        auto& entry = *catalogue.add_datasets();
+        entry.set_name(fmt::format("data/Run-{:05}", i));
+        entry.set_kind(random.chance(0.5) ? "particles" : "hybrid");
+        entry.set_steps(static_cast<std::uint32_t>(random.below(50)));
+        entry.set_particles(random.below(1000000));
+        entry.set_title(random.chance(0.3) ? "Beam halo" : "Quadrupole");
+    }
+    return catalogue;
+}
+
+TEST(DatasetIndex, FindsWhatHoldsAllWordsInTheOrderOfAColumn) {
+    const auto catalogue = catalogueOf(1000);
+    DatasetIndex index;
+    index.setCatalogue(catalogue);
+    EXPECT_EQ(index.find("", Column::name, false).size(), 1000U);
+    std::set<int> wanted;
+    for (int i = 0; i < 1000; ++i) {
+        const auto& entry = catalogue.datasets(i);
+        if (entry.kind() == "hybrid" && entry.title() == "Beam halo" && i >= 100 && i < 200) wanted.insert(i);
+    }
+    ASSERT_GT(wanted.size(), 5U);
+    const auto found = index.find(" HALO  hybrid run-001", Column::steps, true);
+    EXPECT_EQ(std::set<int>(found.begin(), found.end()), wanted);
+    for (std::size_t i = 1; i < found.size(); ++i)
+        EXPECT_GE(catalogue.datasets(found[i - 1]).steps(), catalogue.datasets(found[i]).steps());
+    EXPECT_TRUE(index.find("halo quadrupole", Column::name, false).empty());
+    index.setCatalogue(catalogueOf(3));
+    EXPECT_EQ(index.find("", Column::size, false).size(), 3U);
+}
+
+/// Vertices of a frame, once all has its place.
+int verticesOf(int datasets) {
+    ImGui::CreateContext();
+    auto& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.DisplaySize = {1280.0F, 720.0F};
+    io.DeltaTime = 1.0F / 60.0F;
+    unsigned char* pixels = nullptr;
+    int columns = 0, rows = 0;
+    io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
+    int vertices = 0;
+    {
+        DatasetBrowser browser("/nowhere/connection.json");
+        browser.setCatalogue(catalogueOf(datasets));
+        browser.open(DatasetBrowser::Use::open);
+        for (int frame = 0; frame < 4; ++frame) {
+            ImGui::NewFrame();
+            EXPECT_FALSE(browser.draw({940.0F, 720.0F, 1.0F}).has_value());
+            EXPECT_TRUE(browser.isOpen());
+            ImGui::Render();
+            vertices = ImGui::GetDrawData()->TotalVtxCount;
+        }
+    }
+    ImGui::DestroyContext();
+    return vertices;
+}
+
+TEST(DatasetBrowser, DrawsNoMoreThanIsSeenOfTenThousand) {
+    const int few = verticesOf(30), many = verticesOf(10000);
+    EXPECT_GT(few, 1000);
+    EXPECT_LT(std::abs(many - few), 200);  // its sum and the bar that scrolls it
+}
+
+}  // namespace
+}  // namespace mote::client
