@@ -29,6 +29,17 @@
 namespace mote::prep {
 namespace {
 
+// Where expat is in a document; its older functions of these are deprecated since 2.9.
+#if XML_MAJOR_VERSION * 1000 + XML_MINOR_VERSION >= 2009
+constexpr auto* xmlLine = XML_GetCurrentLineNumber64;
+constexpr auto* xmlByte = XML_GetCurrentByteIndex64;
+constexpr auto* xmlBytes = XML_GetCurrentByteCount64;
+#else
+constexpr auto* xmlLine = XML_GetCurrentLineNumber;
+constexpr auto* xmlByte = XML_GetCurrentByteIndex;
+constexpr auto* xmlBytes = XML_GetCurrentByteCount;
+#endif
+
 // VtiHeader: what the XML of a VTK image file (.vti) says of one of its arrays, checked. Parsed from bytes
 // that nobody vouches for, by expat, which never sees the numbers behind the array's own tag. A value, free
 // of threads.
@@ -193,11 +204,11 @@ class Parser {
         if (done_) return success();
         fed_ += bytes.size();
         const auto at =
-            static_cast<std::uint64_t>(std::max<XML_Index>(XML_GetCurrentByteIndex(parser_.get()), 0));
+            static_cast<std::uint64_t>(std::max(std::int64_t{xmlByte(parser_.get())}, std::int64_t{0}));
         if (status == XML_STATUS_OK && fed_ - std::min(at, fed_) <= longestTag) return success();
         const auto* const what = status == XML_STATUS_OK ? "a tag without an end"
                                                          : XML_ErrorString(XML_GetErrorCode(parser_.get()));
-        return corrupt(fmt::format("{}: line {}", file_.name(), XML_GetCurrentLineNumber(parser_.get())),
+        return corrupt(fmt::format("{}: line {}", file_.name(), xmlLine(parser_.get())),
                        fmt::format("is no XML: {}", what));
     }
 
@@ -220,8 +231,8 @@ class Parser {
     }
 
     std::uint64_t contentAt() const {
-        return static_cast<std::uint64_t>(XML_GetCurrentByteIndex(parser_.get())) +
-               static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
+        return static_cast<std::uint64_t>(xmlByte(parser_.get())) +
+               static_cast<std::uint64_t>(xmlBytes(parser_.get()));
     }
 
     void start(const std::string& element, const char** attributes) {

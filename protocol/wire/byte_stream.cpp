@@ -2,17 +2,12 @@
 #include "protocol/wire/byte_stream.h"
 
 #include <asio/error.hpp>
-#include <asio/experimental/as_tuple.hpp>
 #include <asio/read.hpp>
-#include <asio/use_awaitable.hpp>
 #include <asio/write.hpp>
 
+#include "protocol/wire/await_tuple.h"
+
 namespace mote::wire {
-namespace {
-
-constexpr auto awaitTuple = asio::experimental::as_tuple(asio::use_awaitable);
-
-}  // namespace
 
 Error connectionError(const asio::error_code& code) {
     if (code == asio::error::eof || code == asio::error::connection_reset ||

@@ -5,15 +5,10 @@
 
 #include <array>
 #include <asio/error.hpp>
-#include <asio/experimental/as_tuple.hpp>
-#include <asio/use_awaitable.hpp>
+
+#include "protocol/wire/await_tuple.h"
 
 namespace mote::wire {
-namespace {
-
-constexpr auto withCode = asio::experimental::as_tuple(asio::use_awaitable);
-
-}  // namespace
 
 asio::awaitable<Result<Version>> MessageStream::greet(Version own, std::function<void()> said) {
     const auto ready = co_await bytes_->shakeHands();
@@ -74,7 +69,7 @@ asio::awaitable<void> MessageStream::finish() {
     socket().shutdown(Socket::shutdown_send, code);
     std::array<std::uint8_t, 4096> unwanted;
     while (!code) {
-        std::tie(code) = co_await socket().async_wait(Socket::wait_read, withCode);
+        std::tie(code) = co_await socket().async_wait(Socket::wait_read, awaitTuple);
         if (code) co_return;
         if (::recv(socket().native_handle(), unwanted.data(), unwanted.size(), MSG_DONTWAIT) <= 0) co_return;
     }

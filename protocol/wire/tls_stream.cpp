@@ -3,21 +3,18 @@
 #include <openssl/ssl.h>
 #include <sys/socket.h>
 
-#include <asio/experimental/as_tuple.hpp>
 #include <asio/read.hpp>
 #include <asio/ssl/error.hpp>
 #include <asio/ssl/stream.hpp>
-#include <asio/use_awaitable.hpp>
 #include <asio/write.hpp>
 #include <optional>
 
+#include "protocol/wire/await_tuple.h"
 #include "protocol/wire/tls.h"
 #include "protocol/wire/tls_parts.h"
 
 namespace mote::wire {
 namespace {
-
-constexpr auto tlsAwaitTuple = asio::experimental::as_tuple(asio::use_awaitable);
 
 /// The record of a fatal alert, "internal_error" (RFC 8446, section 6): who has not begun to speak hears by
 /// it that there is no place.
@@ -34,14 +31,14 @@ class TlsStream : public ByteStream {
 
     asio::awaitable<asio::error_code> read(ToRead parts) override {
         std::size_t done = 0;
-        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(done), tlsAwaitTuple);
+        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(done), awaitTuple);
         countRead(done, count);
         co_return withoutTruncation(code);
     }
 
     asio::awaitable<asio::error_code> write(ToWrite parts) override {
         const auto [code, count] =
-            co_await asio::async_write(*tls_, parts, countWritten(asio::buffer_size(parts)), tlsAwaitTuple);
+            co_await asio::async_write(*tls_, parts, countWritten(asio::buffer_size(parts)), awaitTuple);
         co_return withoutTruncation(code);
     }
 
@@ -50,7 +47,7 @@ class TlsStream : public ByteStream {
 
     asio::awaitable<asio::error_code> handshake(asio::ssl::context& context, Tls::handshake_type type) {
         tls_.emplace(socket(), context);
-        const auto [code] = co_await tls_->async_handshake(type, tlsAwaitTuple);
+        const auto [code] = co_await tls_->async_handshake(type, awaitTuple);
         co_return withoutTruncation(code);
     }
 
@@ -64,7 +61,7 @@ class TlsServerStream : public TlsStream {
 
     /// Whoever fails here speaks no TLS that could carry a word.
     asio::awaitable<Status> shakeHands() override {
-        const auto [waited] = co_await socket().async_wait(Socket::wait_read, tlsAwaitTuple);
+        const auto [waited] = co_await socket().async_wait(Socket::wait_read, awaitTuple);
         if (waited) co_return connectionError(waited);
         const auto code = co_await handshake(identity_.context().tls, Tls::server);
         if (code) co_return Error{ErrorCode::cancelled, "connection", "no TLS: " + code.message()};

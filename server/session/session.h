@@ -10,9 +10,7 @@
 
 #include <asio/any_io_executor.hpp>
 #include <asio/awaitable.hpp>
-#include <asio/experimental/as_tuple.hpp>
 #include <asio/steady_timer.hpp>
-#include <asio/use_awaitable.hpp>
 #include <chrono>
 #include <deque>
 #include <filesystem>
@@ -23,6 +21,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "protocol/wire/await_tuple.h"
 #include "protocol/wire/message_stream.h"
 #include "server/data/dataset_service.h"
 #include "server/frames/crash_record.h"
@@ -51,9 +50,7 @@ class Wakeup {
         : timer_(executor, asio::steady_timer::time_point::max()) {}
 
     void notify() { timer_.cancel(); }
-    asio::awaitable<void> wait() {
-        co_await timer_.async_wait(asio::experimental::as_tuple(asio::use_awaitable));
-    }
+    asio::awaitable<void> wait() { co_await timer_.async_wait(wire::awaitTuple); }
 
   private:
     asio::steady_timer timer_;

@@ -172,7 +172,7 @@ class FieldMaker {
     void look(std::uint32_t row) {
         const std::uint32_t side = options_.pixels, step = side >= 4 ? 2 : 1;
         for (std::uint32_t column = 0; column < columns_; ++column) {
-            glm::uvec2 middle;
+            glm::uvec2 middle(0);
             if (!middleOf(column, row, middle)) continue;
             Place place = sight_.placeOf(middle.x, middle.y);
             if (!place.isSeen()) continue;
