@@ -90,7 +90,8 @@ HybridStyle hybridStyleOf(const proto::HybridStyle& message) {
         .clipBox = {},
         .shows = enumOf<HybridShows>(message.shows(), shown),
         .isovalue = {},
-        .silhouettes = message.silhouettes()};
+        .silhouettes = message.silhouettes(),
+        .gradientOpacity = message.gradient_opacity()};
     if (message.has_isovalue()) style.isovalue = message.isovalue();
     if (message.has_clip_box())
         style.clipBox = Bounds{readVector(message.clip_box().min()), readVector(message.clip_box().max())};

@@ -61,6 +61,7 @@ struct HybridStyle {
     HybridShows shows;
     std::optional<double> isovalue;  ///< of the surface; none: where the opacity begins
     double silhouettes;              ///< 0 to 1: how much darker is what turns away from the eye
+    double gradientOpacity;          ///< 0 to 1: how much of its extinction goes with its slope
 
     /// The weight of the second of two samples is clamp((share - 1/2) * steepness + 1/2, 0, 1), by the share
     /// of the way to it.

@@ -60,14 +60,76 @@ HybridField::HybridField(const render::GridField& step, const Layer& layer, cons
     for (std::size_t code = 0; code < shades_.size(); ++code)
         shades_[code] =
             shadeOf(static_cast<std::uint8_t>(code), style_.light, layerToEye, camera, style_.silhouettes);
+    if (style_.gradientOpacity > 0.0) findSlopes();
+}
+
+/// Of the error grid: of its brick where that is corrected, else of the coarse grid there.
+double HybridField::smoothCode(const glm::uvec3& sample) const {
+    const GridBricks& bricks = *step_.bricks;
+    const glm::uvec3 brick = sample / GridBricks::edge, in = sample % GridBricks::edge;
+    const std::int32_t number = bricks.numbers[bricks.index(brick)];
+    if (number == GridBricks::none)
+        return sampledLow((glm::dvec3(sample) + 0.5) / glm::dvec3(bricks.size)).code;
+    return bricks.values[static_cast<std::size_t>(number) * GridBricks::volume +
+                         (std::size_t{in.z} * 9 + in.y) * 9 + in.x];
+}
+
+/// `perBox`: how much codes change over the box's edges.
+double HybridField::slopeOf(const glm::dvec3& perBox) const {
+    if (!(deviation_ > 0.0)) return 0.0;
+    const glm::dvec3 inLayer = glm::transpose(glm::dmat3(layerToBox_)) * perBox;
+    const double within = step_.longestEdge() / 64.0;
+    return std::round(255.0 * std::clamp(glm::length(inLayer) * within / deviation_, 0.0, 1.0)) / 255.0;
+}
+
+void HybridField::findSlopes() {
+    const auto& low = step_.coarse;
+    const double count = static_cast<double>(low.size.x) * low.size.y * low.size.z;
+    double mean = 0.0, square = 0.0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) mean += low.values[i] / count;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        square += (low.values[i] - mean) * (low.values[i] - mean) / count;
+    deviation_ = std::sqrt(square);
+    const auto slopeAt = [&](const glm::uvec3& at, const glm::uvec3& size, const auto& code) {
+        glm::dvec3 perBox(0.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::uvec3 before = at, behind = at;
+            if (at[axis] > 0) --before[axis];
+            if (at[axis] + 1 < size[axis]) ++behind[axis];
+            perBox[axis] = (code(behind) - code(before)) * size[axis] / 2.0;
+        }
+        return slopeOf(perBox);
+    };
+    const auto coarseCode = [&](const glm::uvec3& at) {
+        return static_cast<double>(low.values[low.index(at)]);
+    };
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+        const glm::uvec3 at(i % low.size.x, i / low.size.x % low.size.y, i / low.size.x / low.size.y);
+        coarseSlopes_.push_back(slopeAt(at, low.size, coarseCode));
+    }
+    if (!corrected_) return;
+    const GridBricks& bricks = *step_.bricks;
+    brickSlopes_.resize(bricks.values.size());
+    for (std::size_t brick = 0; brick < bricks.numbers.size(); ++brick) {
+        if (bricks.numbers[brick] == GridBricks::none) continue;
+        const glm::uvec3 first =
+            GridBricks::edge * glm::uvec3(brick % bricks.count.x, brick / bricks.count.x % bricks.count.y,
+                                          brick / bricks.count.x / bricks.count.y);
+        for (unsigned i = 0; i < 729; ++i) {
+            const glm::uvec3 at = glm::min(first + glm::uvec3(i % 9, i / 9 % 9, i / 81), bricks.size - 1U);
+            brickSlopes_[static_cast<std::size_t>(bricks.numbers[brick]) * 729 + i] =
+                slopeAt(at, bricks.size, [&](const glm::uvec3& place) { return smoothCode(place); });
+        }
+    }
 }
 
 /// Between the samples around a place; `last`: the greatest index on each axis. `weightOf`: a sample's, by
 /// the share of the way to it from the one before.
 template <class Index, class Weight>
 HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, const std::uint8_t* normals,
-                                               const glm::dvec3& place, const glm::uvec3& last,
-                                               const Index& index, const Weight& weightOf) const {
+                                               const double* slopes, const glm::dvec3& place,
+                                               const glm::uvec3& last, const Index& index,
+                                               const Weight& weightOf) const {
     const glm::uvec3 below(place);
     const glm::dvec3 way = place - glm::dvec3(below);
     const glm::dvec3 share(weightOf(way.x), weightOf(way.y), weightOf(way.z));
@@ -80,6 +142,7 @@ HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, cons
         sum.code += weight * values[at];
         sum.shade.diffuse += weight * shades_[normals[at]].diffuse;
         sum.shade.specular += weight * shades_[normals[at]].specular;
+        if (slopes != nullptr) sum.slope += weight * slopes[at];
     }
     return sum;
 }
@@ -87,8 +150,9 @@ HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, cons
 HybridField::Sampled HybridField::sampledLow(const glm::dvec3& inBox) const {
     const auto& low = step_.coarse;
     return interpolated(
-        low.values.data(), low.normals.data(), placeIn(inBox, low.size), low.size - 1U,
-        [&](const glm::uvec3& at) { return low.index(at); }, [](double share) { return share; });
+        low.values.data(), low.normals.data(), coarseSlopes_.empty() ? nullptr : coarseSlopes_.data(),
+        placeIn(inBox, low.size), low.size - 1U, [&](const glm::uvec3& at) { return low.index(at); },
+        [](double share) { return share; });
 }
 
 HybridField::Sampled HybridField::sampledBrick(std::int32_t number, const glm::dvec3& inBrick) const {
@@ -96,7 +160,8 @@ HybridField::Sampled HybridField::sampledBrick(std::int32_t number, const glm::d
     const std::size_t begin = static_cast<std::size_t>(number) * GridBricks::volume;
     const bool points = drawn_ == HybridRepresentation::points;
     return interpolated(
-        bricks.values.data() + begin, bricks.normals.data() + begin, inBrick, glm::uvec3(GridBricks::edge),
+        bricks.values.data() + begin, bricks.normals.data() + begin,
+        brickSlopes_.empty() ? nullptr : brickSlopes_.data() + begin, inBrick, glm::uvec3(GridBricks::edge),
         [](const glm::uvec3& at) {
             return (std::size_t{at.z} * GridBricks::samples + at.y) * GridBricks::samples + at.x;
         },
@@ -123,7 +188,8 @@ HybridField::Sampled HybridField::sampled(const glm::dvec3& inLayer) const {
     const double share = style_.pointOpacity;
     return {std::lerp(low.code, whole.code, share),
             {std::lerp(low.shade.diffuse, whole.shade.diffuse, share),
-             std::lerp(low.shade.specular, whole.shade.specular, share)}};
+             std::lerp(low.shade.specular, whole.shade.specular, share)},
+            std::lerp(low.slope, whole.slope, share)};
 }
 
 double HybridField::value(const glm::dvec3& inLayer) const {
@@ -149,7 +215,8 @@ glm::dvec3 HybridField::falling(const glm::dvec3& inLayer) const {
 VolumeMatter HybridField::at(const glm::dvec3& inLayer) const {
     const Sampled here = sampled(inLayer);
     const double v = step_.valueOf(here.code);
-    return {transfer_.extinction(v), transfer_.color(v) * here.shade.diffuse + here.shade.specular};
+    const double share = std::lerp(1.0, here.slope, style_.gradientOpacity);
+    return {share * transfer_.extinction(v), transfer_.color(v) * here.shade.diffuse + here.shade.specular};
 }
 
 std::vector<HalfSpace> HybridField::within() const {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "protocol/scene/view.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
@@ -42,13 +43,19 @@ class HybridField final : public Volume {
     struct Sampled {
         double code = 0.0;
         Shade shade;
+        double slope = 0.0;  ///< 0 to 1
     };
+    /// docs/PICTURE.md, "Gradients": of each sample of the coarse grid, and of the bricks.
+    void findSlopes();
+    double smoothCode(const glm::uvec3& sample) const;
+    double slopeOf(const glm::dvec3& perBox) const;
     Sampled sampled(const glm::dvec3& inLayer) const;
     Sampled sampledLow(const glm::dvec3& inBox) const;
     Sampled sampledBrick(std::int32_t number, const glm::dvec3& inBrick) const;
     template <class Index, class Weight>
-    Sampled interpolated(const std::uint16_t* values, const std::uint8_t* normals, const glm::dvec3& place,
-                         const glm::uvec3& last, const Index& index, const Weight& weightOf) const;
+    Sampled interpolated(const std::uint16_t* values, const std::uint8_t* normals, const double* slopes,
+                         const glm::dvec3& place, const glm::uvec3& last, const Index& index,
+                         const Weight& weightOf) const;
 
     const render::GridField& step_;
     HybridStyle style_;
@@ -57,6 +64,8 @@ class HybridField final : public Volume {
     TransferFunction transfer_;
     glm::dmat4 layerToBox_;
     std::array<Shade, 256> shades_;
+    double deviation_ = 0.0;                          // of the coarse grid's codes
+    std::vector<double> coarseSlopes_, brickSlopes_;  // empty: nobody asks for them
 };
 
 }  // namespace mote::reference

@@ -63,6 +63,22 @@ TEST(ReferenceHybrid, PlanesAndBoxCutIt) {
     EXPECT_EQ(box.at(20, 16).x, 0.0);
 }
 
+TEST(ReferenceHybrid, WhatChangesLittleIsLetThrough) {
+    // From 0 to 1 along x: a 64th of that within a 64th of the longest edge, which x is.
+    const auto step = hybridOf({.source = {16, 16, 16}, .low = {16, 16, 16}, .boxToLayer = plainBox()},
+                               [](const auto& at) { return at.x; });
+    const double deviation = std::sqrt((16.0 * 16.0 - 1.0) / 12.0) / 16.0;
+    const double slope = std::round(255.0 / 64.0 / deviation) / 255.0;
+    for (const double gradient : {0.25, 1.0}) {
+        const auto picture =
+            render(sceneOf(step, haze + ", 'gradientOpacity': " + std::to_string(gradient) + "}"));
+        EXPECT_NEAR(picture.at(16, 16).x, through(8.0 * (1.0 - gradient + gradient * slope)), 1e-5);
+    }
+    // Where all is alike, nothing changes.
+    const auto even = hybridOf({.boxToLayer = plainBox()}, [](const auto&) { return 0.5; });
+    EXPECT_EQ(render(sceneOf(even, haze + ", 'gradientOpacity': 1}")).at(16, 16).x, 0.0);
+}
+
 TEST(ReferenceHybrid, ACorrectedBrickIsTheSourceItself) {
     // A field that no grid of 4 holds, in a box of uneven edges.
     const auto field = [](const glm::dvec3& at) {

@@ -173,6 +173,7 @@ proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data) {
     if (own.chance(0.2)) setWord(own, style, style.kShowsFieldNumber);
     if (!style.shows().empty() && own.chance(0.7))
         style.set_isovalue(own.between(data.range.low, data.range.high));
+    if (style.shows().empty() && own.chance(0.3)) style.set_gradient_opacity(anyShare(own));
     return style;
 }
 

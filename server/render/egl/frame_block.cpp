@@ -130,7 +130,7 @@ std::vector<glm::vec4> sectionRays(const FramePlan& plan) {
 }
 
 GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const CorrectedField& samples,
-                    const glm::uvec3& size, std::uint32_t firstBrick) {
+                    const glm::uvec3& size, std::uint32_t firstBrick, std::uint32_t firstSlope) {
     const GridField& grid = *samples.grid;
     const ValueRange& span = field.transfer.span;
     const double scale = TransferTable::cells / (span.high - span.low);
@@ -140,9 +140,10 @@ GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const Correct
     block.table =
         glm::vec4((grid.valueOf(1.0) - grid.valueOf(0.0)) * scale,
                   (grid.valueOf(0.0) - span.low) * scale + 1.0, samples.correction, samples.steepness);
-    block.place = glm::ivec4(firstBrick, 0, 0, 0);
+    block.place = glm::ivec4(firstBrick, firstSlope, 0, 0);
     for (std::size_t axis = 0; axis < 3; ++axis)
         block.toLayer[axis] = glm::vec4(grid.boxToLayer[static_cast<int>(axis)]);
+    block.toLayer[0].w = static_cast<float>(samples.gradient);
     return block;
 }
 

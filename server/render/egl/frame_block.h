@@ -40,8 +40,9 @@ struct GridBlock {
     glm::vec4 low;     ///< samples of the coarse grid; segments a cell
     glm::vec4 table;   ///< code * x + y is a place in the transfer table (TransferTable); correction and
                        ///< steepness (CorrectedField)
-    glm::ivec4 place;  ///< where its bricks begin among all fields'; unused
-    std::array<glm::vec4, 3> toLayer;  ///< the box's edges in layer space
+    glm::ivec4 place;  ///< where its bricks begin among all fields'; the first texel of its slopes
+    std::array<glm::vec4, 3>
+        toLayer;  ///< the box's edges in layer space; of the first, w is CorrectedField's gradient
 };
 static_assert(sizeof(GridBlock) == 7 * 16);
 
@@ -102,9 +103,9 @@ struct BendBlock {
 std::vector<glm::vec4> sectionRays(const FramePlan& plan);
 
 /// `samples`: the field's; `size`: samples of the grid that is cut into bricks; `firstBrick`: where its
-/// bricks begin among those of all fields.
+/// bricks begin among those of all fields; `firstSlope`: the texel where its slopes do, if there are any.
 GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const CorrectedField& samples,
-                    const glm::uvec3& size, std::uint32_t firstBrick);
+                    const glm::uvec3& size, std::uint32_t firstBrick, std::uint32_t firstSlope);
 
 /// The block for the tile rows [firstRow, firstRow + rows).
 FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows);

@@ -209,10 +209,12 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
     const auto mixed = [](const GridWork& work) { return work.samples->mixed(); };
+    const auto steep = [](const GridWork& work) { return work.samples->gradient > 0.0; };
     const bool oneGrid = layers_.empty() && grids_.size() == 1 && !anyDots_;
     ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
                                    {"GRIDS", static_cast<unsigned>(grids_.size())},
                                    {"MIXED", std::any_of(grids_.begin(), grids_.end(), mixed) ? 1U : 0U},
+                                   {"SLOPES", std::any_of(grids_.begin(), grids_.end(), steep) ? 1U : 0U},
                                    {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U}};
     if (!oneGrid) {
         defines.insert(defines.end(), {{"POINTS", points ? 1U : 0U},

@@ -266,8 +266,9 @@ void FrameRun::gatherBricks() {
         const GridWork& work = grids_[i];
         const ClassifiedBricks& bricks = *work.bricks;
         words.insert(words.end(), bricks.words.begin(), bricks.words.end());
-        blocks[i] =
-            gridBlock(plan_, *work.plan, *work.samples, work.resident->samples.grid(), work.firstBrick);
+        const StepGrid& samples = work.resident->samples;
+        blocks[i] = gridBlock(plan_, *work.plan, *work.samples, samples.grid(), work.firstBrick,
+                              samples.firstSlope());
     }
     buffers_.gridBricks = GlBuffer::of(std::span<const std::uint32_t>(words));
     buffers_.gridBricksTexture = bufferTexture(buffers_.gridBricks, GL_R32UI);

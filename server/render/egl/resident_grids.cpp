@@ -128,18 +128,21 @@ bool write(GlBuffer& buffer, std::size_t begin, const Rows& rows, const Pacer& p
 
 }  // namespace
 
-std::optional<StepGrid> StepGrid::load(const GridField& step, bool corrected, const Pacer& pacer) {
+std::optional<StepGrid> StepGrid::load(const GridField& step, bool corrected, const GridSlopes* slopes,
+                                       const Pacer& pacer) {
     const GridBricks* bricks = corrected ? step.bricks.get() : nullptr;
     StepGrid made(step, bricks);
-    if (!made.upload(step, bricks, pacer)) return std::nullopt;
+    if (!made.upload(step, bricks, slopes, pacer)) return std::nullopt;
     return made;
 }
 
 StepGrid::StepGrid(const GridField& step, const GridBricks* bricks)
     : grid_(bricks == nullptr ? step.coarse.size : bricks->size) {}
 
-bool StepGrid::upload(const GridField& step, const GridBricks* bricks, const Pacer& pacer) {
+bool StepGrid::upload(const GridField& step, const GridBricks* bricks, const GridSlopes* slopes,
+                      const Pacer& pacer) {
     const glm::uvec3& size = step.coarse.size;
+    const std::size_t lowSamples = step.coarse.index({0, 0, size.z});
     const Rows low{step.coarse.values.data(), step.coarse.normals.data(), size.x,
                    std::size_t{size.y} * size.z};
     const std::size_t lowTexels = low.texels() * low.count;
@@ -151,10 +154,19 @@ bool StepGrid::upload(const GridField& step, const GridBricks* bricks, const Pac
     }
     // Where a grid ends, neighbours beyond are read with a weight of 0.
     const std::size_t beyond = low.texels() * (size.y + 1) + 1;
-    const std::size_t all = lowTexels + fine.texels() * fine.count + beyond;
+    const std::size_t codes = lowTexels + fine.texels() * fine.count + beyond;
+    const std::size_t steep =
+        slopes == nullptr ? 0 : (lowSamples + slopes->bricks.size()) / sizeof(Texel) + 2;
+    const std::size_t all = codes + steep;
     checkSize(grid_, all);
     samples_ = GlBuffer(all * sizeof(Texel));
     samplesTexture_ = bufferTexture(samples_, GL_RGBA32UI);
+    if (slopes != nullptr) {
+        firstSlope_ = static_cast<std::uint32_t>(codes);
+        samples_.write(codes * sizeof(Texel), slopes->coarse.size(), slopes->coarse.data());
+        if (!slopes->bricks.empty())
+            samples_.write(codes * sizeof(Texel) + lowSamples, slopes->bricks.size(), slopes->bricks.data());
+    }
     return write(samples_, 0, low, pacer) && write(samples_, lowTexels, fine, pacer);
 }
 
@@ -186,7 +198,8 @@ ClassifiedBricks::ClassifiedBricks(const CorrectedField& samples, const SeenFiel
 
 std::optional<GridParts> ResidentGrids::of(const FieldPlan& plan, const CorrectedField& samples,
                                            const Pacer& pacer) {
-    ResidentGrid* const resident = find(samples, pacer);
+    const GridSlopes* const slopes = samples.gradient > 0.0 ? seen_.of(plan, samples).slopes : nullptr;
+    ResidentGrid* const resident = find(samples, slopes, pacer);
     if (resident == nullptr) return std::nullopt;
     using Classified = ResidentGrid::Classified;
     const auto& classified = mostRecent(
@@ -199,13 +212,15 @@ std::optional<GridParts> ResidentGrids::of(const FieldPlan& plan, const Correcte
     return GridParts{resident, &classified.bricks};
 }
 
-ResidentGrid* ResidentGrids::find(const CorrectedField& samples, const Pacer& pacer) {
+ResidentGrid* ResidentGrids::find(const CorrectedField& samples, const GridSlopes* slopes,
+                                  const Pacer& pacer) {
     // A new field may stand at the address of one that is gone: the weak pointers tell them apart.
     const auto same = [&](const ResidentGrid& one) {
-        return one.key == samples.grid.get() && !one.grid.expired() && one.corrected == samples.corrected();
+        return one.key == samples.grid.get() && !one.grid.expired() && one.corrected == samples.corrected() &&
+               (slopes == nullptr || one.samples.firstSlope() > 0);
     };
     if (auto* const known = mostRecent(grids_, same)) return known;
-    auto loaded = StepGrid::load(*samples.grid, samples.corrected(), pacer);
+    auto loaded = StepGrid::load(*samples.grid, samples.corrected(), slopes, pacer);
     if (!loaded) return nullptr;
     grids_.push_front(ResidentGrid{.grid = samples.grid,
                                    .key = samples.grid.get(),

@@ -26,21 +26,27 @@ class StepGrid {
 
     /// `corrected`: with the step's bricks, which must be there. Empty if the frame is given up meanwhile.
     /// Throws DeviceError, also if the device cannot hold it.
-    static std::optional<StepGrid> load(const GridField& step, bool corrected, const Pacer& pacer);
+    /// `slopes`: its samples', null if nobody asks for them.
+    static std::optional<StepGrid> load(const GridField& step, bool corrected, const GridSlopes* slopes,
+                                        const Pacer& pacer);
 
     /// The coarse grid, x fastest, then brick after brick, as shaders/grid.glsl reads them.
     GLuint samples() const { return samplesTexture_.get(); }
     /// Samples along the axes of the grid that is cut into bricks: the error grid, or the coarse grid.
     const glm::uvec3& grid() const { return grid_; }
+    /// The texel where their slopes begin, a byte each in the same order; 0 without.
+    std::uint32_t firstSlope() const { return firstSlope_; }
     std::size_t bytes() const { return samples_.bytes(); }
 
   private:
     StepGrid(const GridField& step, const GridBricks* bricks);
-    bool upload(const GridField& step, const GridBricks* bricks, const Pacer& pacer);
+    bool upload(const GridField& step, const GridBricks* bricks, const GridSlopes* slopes,
+                const Pacer& pacer);
 
     GlBuffer samples_;
     GlTexture samplesTexture_;
     glm::uvec3 grid_;
+    std::uint32_t firstSlope_ = 0;
 };
 
 /// What a transfer function makes of the bricks of a field, as shaders/grid.glsl reads it: where something is
@@ -88,7 +94,7 @@ class ResidentGrids {
     void dropExpired();
 
   private:
-    ResidentGrid* find(const CorrectedField& samples, const Pacer& pacer);
+    ResidentGrid* find(const CorrectedField& samples, const GridSlopes* slopes, const Pacer& pacer);
 
     static constexpr std::size_t keptClassified = 16;  ///< more than a picture has layers
 

@@ -47,6 +47,7 @@ struct CorrectedField {
     /// How much faster than evenly the weights of neighbouring samples of a brick change, half way between
     /// them.
     double steepness = 1.0;
+    double gradient = 0.0;  ///< how much of its extinction goes with how steeply it changes, 0 to 1
     Shades shades = {};
 
     bool corrected() const { return bricks && grid->bricks && correction > 0.0; }

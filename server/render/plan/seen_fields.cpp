@@ -72,7 +72,7 @@ SeenFields::Resident& SeenFields::resident(const std::shared_ptr<const void>& da
                !one.data.expired();
     });
     if (known == fields_.end())
-        known = fields_.insert(known, Resident{data, data.get(), corrected, mixed, ranges(), {}});
+        known = fields_.insert(known, Resident{data, data.get(), corrected, mixed, ranges(), {}, {}});
     return *known;
 }
 
@@ -87,7 +87,9 @@ SeenField SeenFields::of(const FieldPlan& plan, const CorrectedField& samples) {
             return Visible{plan.transfer.opacity, VisibleBlocks(known.ranges, table)};
         });
     if (!visible.blocks.any()) return {&table, nullptr, nullptr};
-    return {&table, &visible.blocks, &known.ranges};
+    if (samples.gradient > 0.0 && !known.slopes)
+        known.slopes = gridSlopes(*samples.grid, samples.corrected());
+    return {&table, &visible.blocks, &known.ranges, samples.gradient > 0.0 ? &*known.slopes : nullptr};
 }
 
 SeenField SeenFields::of(const FieldPlan& plan, const DensityField& samples,

@@ -8,10 +8,12 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
 
 #include "protocol/scene/most_recent.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/field_plan.h"
+#include "server/render/plan/grid_slopes.h"
 #include "server/render/plan/transfer_table.h"
 
 namespace mote::render {
@@ -48,6 +50,7 @@ struct SeenField {
     const TransferTable* table = nullptr;
     const VisibleBlocks* blocks = nullptr;  ///< null: nothing of it is seen
     const BlockRanges* ranges = nullptr;    ///< of the same blocks; null with them
+    const GridSlopes* slopes = nullptr;     ///< where its extinction goes by them; null with the blocks
 };
 
 class SeenFields {
@@ -70,7 +73,8 @@ class SeenFields {
         const void* key;
         bool corrected, mixed;
         BlockRanges ranges;
-        std::list<Visible> visible;  ///< used last first
+        std::optional<GridSlopes> slopes;  ///< once they are asked for
+        std::list<Visible> visible;        ///< used last first
     };
     static constexpr std::size_t kept = 16;  ///< curves of a field: more than a picture has layers
 

@@ -166,7 +166,7 @@ void passField(Way& way, Field& field) {
     }
     if constexpr (Way::reads) field.samples = CorrectedField{};
     auto& samples = std::get<CorrectedField>(field.samples);
-    way(samples.bricks, samples.correction, samples.steepness, samples.shades);
+    way(samples.bricks, samples.correction, samples.steepness, samples.gradient, samples.shades);
 }
 
 template <class Way, class Plan>

@@ -183,9 +183,11 @@ TEST(Resolve, FillsInWhatIsNotSaid) {
         R"({"points": {"linked": false, "curve": [{"density": 1}]}})",
         R"({"volume": {"colorMap": "inferno"}, "points": {"linked": false, "curve": [{"density": 1}]}})");
     expectResolved<proto::HybridStyle>(
-        "{}", fmt::format(R"({{"pointShape": "gaussian", "pointOpacity": 1, "silhouettes": 0, "light": {}}})",
-                          light)
-                  .c_str());
+        "{}",
+        fmt::format(R"({{"pointShape": "gaussian", "pointOpacity": 1, "silhouettes": 0, "gradientOpacity": 0,
+                              "light": {}}})",
+                    light)
+            .c_str());
     expectResolved<proto::InkStyle>(
         R"({"ink": {}})",
         fmt::format(R"({{"silhouettes": {{"mode": "adjusted", "importance": 0.05, "creaseDegrees": 60}},

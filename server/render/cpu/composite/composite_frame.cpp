@@ -94,7 +94,8 @@ double gridSegments(const FramePlan& plan, const FieldPlan& field, const glm::dv
                       most);
 }
 
-GridSamples gridSamples(const CorrectedField& field, const TransferTable& table, const glm::dvec3& cells) {
+GridSamples gridSamples(const CorrectedField& field, const SeenField& seen, const glm::dvec3& cells) {
+    const TransferTable& table = *seen.table;
     const GridField& grid = *field.grid;
     const glm::dvec3 coarse(grid.coarse.size), ratio = cells / coarse;
     const double perValue = TransferTable::cells / (table.high() - table.low());
@@ -106,6 +107,8 @@ GridSamples gridSamples(const CorrectedField& field, const TransferTable& table,
         .bricks = field.corrected() ? grid.bricks.get() : nullptr,
         .correction = static_cast<float>(field.correction),
         .steepness = static_cast<float>(field.steepness),
+        .slopes = seen.slopes,
+        .gradient = static_cast<float>(field.gradient),
         // Twice as many to a cell of the coarse grid as to one of a brick; whole, so that both meet.
         .stride = std::max(1.0F, std::floor(static_cast<float>(0.5 * std::min({ratio.x, ratio.y, ratio.z})))),
         .coarseScale = glm::vec3(coarse / cells),
@@ -182,7 +185,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
                           .visible = visible[i]});
         FrameField& made = fields.back();
         if (field.grid() != nullptr)
-            made.grid = gridSamples(*field.grid(), *visible[i].seen.table, made.space.cells);
+            made.grid = gridSamples(*field.grid(), visible[i].seen, made.space.cells);
     }
     smooth = smoothIn(plan, fields);
 }

@@ -62,6 +62,8 @@ struct GridSamples {
     const SampleGrid* coarse;
     const GridBricks* bricks;            ///< null: it is not corrected
     float correction, steepness;         ///< CorrectedField's
+    const GridSlopes* slopes;            ///< null: extinction does not go by them
+    float gradient;                      ///< CorrectedField's
     float stride;                        ///< in motion: ray segments to one where nothing is corrected
     glm::vec3 coarseScale, coarseShift;  ///< from a place in cells of the field to one in coarse samples
     static constexpr float fullShade = 32767.0F;

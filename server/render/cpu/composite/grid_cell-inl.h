@@ -298,9 +298,9 @@ class FieldCell {
     AllCorners values_;
 };
 
-/// What light makes of a colour: a factor, and white that is added.
+/// What light makes of a colour, a factor, and white that is added; and what of the extinction there is.
 struct Shade {
-    V diffuse, specular;
+    V diffuse, specular, share;
 };
 
 class CellLight {
@@ -315,15 +315,36 @@ class CellLight {
                   shades);
         split(shades.shown, diffuse_.shown, specular_.shown);
         if (cell.mixed_) split(shades.low, diffuse_.low, specular_.low);
+        if (cell.source_.samples().slopes != nullptr) cell.read(slopesAt, slopes_);
     }
     HWY_INLINE Shade shadeAt(V way) const {
         const FieldCell::Shares shares(*cell_, way);
         const V one = hn::Set(Floats(), 1.0F / GridSamples::fullShade);
         return {hn::Mul(one, cell_->between(diffuse_, shares)),
-                hn::Mul(one, cell_->between(specular_, shares))};
+                hn::Mul(one, cell_->between(specular_, shares)), shareAt(shares)};
     }
 
   private:
+    HWY_INLINE V shareAt(const FieldCell::Shares& shares) const {
+        const Floats d;
+        const GridSamples& samples = cell_->source_.samples();
+        if (samples.slopes == nullptr) return hn::Set(d, 1.0F);
+        return hn::MulAdd(cell_->between(slopes_, shares), hn::Set(d, samples.gradient / 255.0F),
+                          hn::Set(d, 1.0F - samples.gradient));
+    }
+    HWY_INLINE static Corners slopesAt(const GridReads& samples, IntV index) {
+        const auto slope = [](WordV bytes) HWY_ATTR {
+            return hn::ConvertTo(Floats(), hn::BitCast(Ints(), hn::And(bytes, hn::Set(Words(), 255U))));
+        };
+        Corners corners;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const std::size_t ahead = (i & 1U) * samples.row + (i >> 1U) * samples.sheet;
+            const WordV bytes = gatherWord(samples.slopes + ahead, index);
+            corners[2 * i] = slope(bytes);
+            corners[2 * i + 1] = samples.single ? corners[2 * i] : slope(hn::ShiftRight<8>(bytes));
+        }
+        return corners;
+    }
     /// Words of the field's shades.
     HWY_INLINE Corners shadesAt(const GridReads& samples, IntV index) const {
         const auto* const shades =
@@ -349,7 +370,7 @@ class CellLight {
     }
 
     const FieldCell* cell_ = nullptr;
-    FieldCell::AllCorners diffuse_, specular_;
+    FieldCell::AllCorners diffuse_, specular_, slopes_;
 };
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -28,6 +28,7 @@ struct LitPiece {
         const Floats d;
         const Blend blend(from, to, piece.mean, hn::Mul(piece.depth, length));
         const Shade shade = shadeAt(blend(from.way, to.way));
+        depth = hn::Mul(depth, shade.share);
         const V scale = hn::Mul(shade.diffuse, hn::Set(d, colorScale));
         red = hn::MulAdd(blend(from.red, to.red), scale, shade.specular);
         green = hn::MulAdd(blend(from.green, to.green), scale, shade.specular);

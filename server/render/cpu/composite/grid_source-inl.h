@@ -16,22 +16,26 @@ HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A grid of samples and their normals; of bricks, which lie one after the other, all of them.
+/// A grid of samples, their normals and, if they are asked for, their slopes; of bricks, which lie one after
+/// the other, all of them.
 struct GridReads {
     const std::uint8_t* values;
     const std::uint8_t* normals;
+    const std::uint8_t* slopes;
     std::size_t row, sheet;  ///< samples to the next row and sheet; 0 where there is none
     bool single;             ///< there is none to the next sample along x
 
-    HWY_INLINE explicit GridReads(const SampleGrid& grid)
+    HWY_INLINE GridReads(const SampleGrid& grid, const GridSlopes* steep)
         : values(reinterpret_cast<const std::uint8_t*>(grid.values.data())),
           normals(grid.normals.data()),
+          slopes(steep != nullptr ? steep->coarse.data() : nullptr),
           row(grid.size.y > 1 ? grid.size.x : 0),
           sheet(grid.size.z > 1 ? std::size_t{grid.size.x} * grid.size.y : 0),
           single(grid.size.x == 1) {}
-    HWY_INLINE explicit GridReads(const GridBricks& bricks)
+    HWY_INLINE GridReads(const GridBricks& bricks, const GridSlopes* steep)
         : values(reinterpret_cast<const std::uint8_t*>(bricks.values.data())),
           normals(bricks.normals.data()),
+          slopes(steep != nullptr ? steep->bricks.data() : nullptr),
           row(GridBricks::samples),
           sheet(std::size_t{GridBricks::samples} * GridBricks::samples),
           single(false) {}
@@ -77,8 +81,8 @@ class GridSource {
   public:
     HWY_INLINE explicit GridSource(const GridSamples& samples)
         : samples_(samples),
-          coarse_(*samples.coarse),
-          bricks_(samples.bricks != nullptr ? GridReads(*samples.bricks) : coarse_) {}
+          coarse_(*samples.coarse, samples.slopes),
+          bricks_(samples.bricks != nullptr ? GridReads(*samples.bricks, samples.slopes) : coarse_) {}
 
     const GridSamples& samples() const { return samples_; }
     const GridReads& coarse() const { return coarse_; }

@@ -53,9 +53,11 @@ float gridSegment(uint l, float at, bool inside) {
     return brickSeen[h] ? min(leaving, brickStep[h]) : leaving;
 }
 
-void shine(inout Piece piece, vec2 shade) {
+// `share`: what of it there is.
+void shine(inout Piece piece, vec2 shade, float share) {
     piece.matter.rgb = piece.matter.rgb * shade.x + piece.matter.w * shade.y;
-    piece.change *= shade.x;
+    piece.matter *= share;
+    piece.change *= shade.x * share;
 }
 #endif
 
@@ -169,9 +171,11 @@ Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[L
             Sample middle = gridAt(l, at + halfSegment);
             back[l] = gridAt(l, next);
             part = gridPart(l, front[l], middle, back[l], halfSegment);
-            vec2 shade = gridShade(l, mix(at, next, centreOf(part)));
-            shine(part.near, shade);
-            shine(part.far, shade);
+            float centre = mix(at, next, centreOf(part));
+            vec2 shade = gridShade(l, centre);
+            float share = gridShare(l, centre);
+            shine(part.near, shade, share);
+            shine(part.far, shade, share);
             seen = brickSeen[l - plots];
 #endif
         } else {

@@ -2,7 +2,7 @@
 // One invocation a pixel, where a picture has one field of samples and nothing else: from brick to brick in which something
 // is seen, front to back. A software rasteriser runs the body of a loop at least once, and both sides of a condition: so
 // light is looked up in an outer loop, when the inner one has found something for it. Compiled with LAYERS, GRIDS and
-// SECTIONS 1, and MIXED.
+// SECTIONS 1, MIXED and SLOPES.
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Fields of samples along a ray, for composite.comp and composite_grid.comp: which brick of the grid a depth lies in, and
 // what is seen between two depths of one brick. Layers from `plots` on are such fields. Mirrors GridBlock of
-// egl/frame_block.h. Compiled with MIXED: whether the coarse grid shows in corrected bricks of some layer.
+// egl/frame_block.h. Compiled with MIXED: whether the coarse grid shows in corrected bricks of some layer; SLOPES: whether
+// the extinction of some goes by how steeply they change.
 
 struct Grid {
     vec4 grid;          // samples of the grid that is cut into bricks; segments a cell
     vec4 low;           // samples of the coarse grid; segments a cell
     vec4 table;         // code * x + y is a place in the transfer table; z of what corrects shows; steepness
-    ivec4 place;        // where its bricks begin in gridBricks
-    vec4 toLayer[3];    // the box's edges in layer space
+    ivec4 place;        // where its bricks begin in gridBricks; the first texel of slopes
+    vec4 toLayer[3];    // the box's edges in layer space; w of the first: how much of its extinction goes by slopes
 };
 layout(std140, binding = 1) uniform Grids { Grid grids[8]; };
 // Five neighbours along x: their codes of 16 bits, then their normals of 8; the fifth is the next one's first. First the
-// coarse grid, row after row, then brick after brick.
+// coarse grid, row after row, then brick after brick; then, if they are asked for, the samples' slopes, a byte each.
 layout(binding = LAYERS - GRIDS) uniform usamplerBuffer gridSamples[GRIDS];
 // One word a brick: its number among the corrected ones plus 1, or 0, in 21 bits; in 3 how much longer than
 // usual a segment may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where
@@ -31,6 +32,8 @@ struct Samples {
     ivec2 stride;
     vec3 scale, shift, most;
     float steepness;
+    int first;    // samples in place of texels, likewise
+    ivec2 step;
 };
 
 // The brick of the current segment.
@@ -42,7 +45,7 @@ Samples brickSamples[GRIDS];
 Samples lowSamples(uint h) {
     ivec3 low = ivec3(grids[h].low.xyz);
     int row = max((low.x + 2) / 4, 1);
-    return Samples(0, ivec2(row, row * low.y), vec3(low), vec3(0.5), vec3(low - 1), 1.0);
+    return Samples(0, ivec2(row, row * low.y), vec3(low), vec3(0.5), vec3(low - 1), 1.0, 0, ivec2(low.x, low.x * low.y));
 }
 
 vec3 placeAt(uint l, float slab) {
@@ -77,6 +80,8 @@ float enterBrick(uint l, float at) {
     brickSamples[h].shift = fine ? 0.5 + 8.0 * vec3(brick) : low.shift;
     brickSamples[h].most = fine ? min(size - 1.0 - 8.0 * vec3(brick), vec3(8.0)) : low.most;
     brickSamples[h].steepness = fine ? grids[h].table.w : 1.0;
+    brickSamples[h].first = fine ? low.step.y * int(grids[h].low.z) + number * 729 : 0;
+    brickSamples[h].step = fine ? ivec2(9, 81) : low.step;
     brickFine[h] = fine;
     float segments = fine ? grids[h].grid.w : grids[h].low.w;
     float longer = float(1u << ((word >> 21) & 7u));
@@ -188,6 +193,46 @@ vec2 gridShade(uint l, float slab) {
     return shade;
 }
 
+#if SLOPES
+float slopeAt(uint h, int index) {
+    uvec4 texel = texelAt(h, grids[h].place.y + (index >> 4));
+    int word = (index >> 2) & 3;
+    uint bytes = word < 2 ? (word == 0 ? texel.x : texel.y) : (word == 2 ? texel.z : texel.w);
+    return float((bytes >> (8 * (index & 3))) & 255u);
+}
+
+float slopeOf(uint h, int index, Corner corner) {
+    return mix(slopeAt(h, index), slopeAt(h, index + 1), corner.far.x);
+}
+
+// Between the samples around, 0 to 255: the corner told in samples, in place of texels.
+float slopeIn(uint h, Samples samples, vec3 inBox) {
+    vec3 place = clamp(inBox * samples.scale - samples.shift, vec3(0.0), samples.most);
+    ivec3 cell = ivec3(min(place, max(samples.most - 1.0, vec3(0.0))));
+    Corner corner = cornerAt(samples, inBox);
+    corner.texel = samples.first + cell.x + cell.y * samples.step.x + cell.z * samples.step.y;
+    corner.stride = samples.step;
+    return BETWEEN(slopeOf, h, corner);
+}
+#endif
+
+// What of the extinction there is.
+float gridShare(uint l, float slab) {
+#if SLOPES
+    uint h = l - plots;
+    float gradient = grids[h].toLayer[0].w;
+    if (gradient == 0.0) return 1.0;
+    vec3 place = placeAt(l, slab);
+    float slope = slopeIn(h, brickSamples[h], place);
+#if MIXED
+    slope = mix(slopeIn(h, lowSamples(h), place), slope, shareOfBrick(h));
+#endif
+    return 1.0 - gradient + gradient * slope * (1.0 / 255.0);
+#else
+    return 1.0;
+#endif
+}
+
 // As partOf, of samples half a segment apart.
 Part gridPart(uint l, Sample front, Sample middle, Sample back, float halfSegment) {
     float length = halfSegment * unitLength[l];
@@ -235,8 +280,9 @@ void goOn(uint l, float to, inout Way way) {
 
 // What was gathered, in its light: optical depth times color; optical depth.
 vec4 litMatter(uint l, inout Way way) {
-    vec2 shade = gridShade(l, way.tau > 0.0 ? way.moment / way.tau : way.at);
-    vec4 matter = vec4(way.color * shade.x + way.tau * shade.y, way.tau);
+    float at = way.tau > 0.0 ? way.moment / way.tau : way.at;
+    vec2 shade = gridShade(l, at);
+    vec4 matter = gridShare(l, at) * vec4(way.color * shade.x + way.tau * shade.y, way.tau);
     way.tau = way.moment = 0.0;
     way.color = vec3(0.0);
     return matter;

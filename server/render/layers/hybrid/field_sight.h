@@ -13,10 +13,10 @@
 #include "protocol/scene/view.h"
 #include "server/render/layers/hybrid/field_light.h"
 #include "server/render/layers/hybrid/field_pieces.h"
-#include "server/render/layers/ink/volume_samples.h"
 #include "server/render/layers/lowering.h"
 #include "server/render/layers/pixel_fragments.h"
 #include "server/render/plan/field_blocks.h"
+#include "server/render/plan/volume_samples.h"
 
 namespace mote::render {
 

@@ -70,8 +70,10 @@ void takeDefaultColors(const GridField& field, bool ownRange, TransferFunction& 
 CorrectedField samplesOf(const HybridStyle& style, const std::shared_ptr<const GridField>& field,
                          const Shades& shades) {
     const auto representation = resolved(style.representation, *field);
-    CorrectedField samples{
-        .grid = field, .bricks = representation != HybridRepresentation::volume, .shades = shades};
+    CorrectedField samples{.grid = field,
+                           .bricks = representation != HybridRepresentation::volume,
+                           .gradient = style.gradientOpacity,
+                           .shades = shades};
     if (representation == HybridRepresentation::points) {
         samples.correction = style.pointOpacity;
         samples.steepness = style.pointSteepness();

@@ -16,9 +16,9 @@
 #include "protocol/scene/light.h"
 #include "server/render/layers/ink/extinction_table.h"
 #include "server/render/layers/ink/ink_data.h"
-#include "server/render/layers/ink/volume_samples.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/frame_plan.h"
+#include "server/render/plan/volume_samples.h"
 
 namespace mote::render {
 

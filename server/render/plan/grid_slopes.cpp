@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/grid_slopes.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "server/render/plan/volume_samples.h"
+
+namespace mote::render {
+namespace {
+
+constexpr std::size_t moreSlopes = 4;
+constexpr double slopeLength = 1.0 / 64.0;  // of the longest edge, within which values change
+
+/// The standard deviation of the coarse grid's codes.
+double deviationOf(const SampleGrid& grid) {
+    const auto end = grid.values.begin() + static_cast<std::ptrdiff_t>(grid.index({0, 0, grid.size.z}));
+    const double count = std::max(static_cast<double>(end - grid.values.begin()), 1.0);
+    double sum = 0.0, squares = 0.0;
+    std::for_each(grid.values.begin(), end, [&](double code) {
+        sum += code;
+        squares += code * code;
+    });
+    return std::sqrt(std::max(squares / count - sum / count * (sum / count), 0.0));
+}
+
+class Steepness {
+  public:
+    explicit Steepness(const GridField& field)
+        : toLayer_(glm::transpose(glm::inverse(glm::dmat3(field.boxToLayer)))) {
+        const double deviation = deviationOf(field.coarse);
+        full_ = deviation > 0.0 ? field.longestEdge() * slopeLength / deviation : 0.0;
+    }
+    /// `slope`: of codes, over the box's edges.
+    std::uint8_t operator()(const glm::dvec3& slope) const {
+        const double steep = std::clamp(full_ * glm::length(toLayer_ * slope), 0.0, 1.0);
+        return static_cast<std::uint8_t>(std::lround(255.0 * steep));
+    }
+
+  private:
+    glm::dmat3 toLayer_;
+    double full_;
+};
+
+std::vector<std::uint8_t> coarseSlopes(const SampleGrid& grid, const Steepness& steepness) {
+    const glm::uvec3 last = grid.size - 1U;
+    std::vector<std::uint8_t> made(grid.index({0, 0, grid.size.z}) + moreSlopes, 0);
+    tbb::parallel_for(0U, grid.size.z, [&](std::uint32_t z) {
+        for (std::uint32_t y = 0; y < grid.size.y; ++y) {
+            for (std::uint32_t x = 0; x < grid.size.x; ++x) {
+                const glm::uvec3 at(x, y, z);
+                glm::dvec3 slope(0.0);
+                for (int axis = 0; axis < 3; ++axis) {
+                    glm::uvec3 before = at, behind = at;
+                    before[axis] -= at[axis] > 0 ? 1 : 0;
+                    behind[axis] += at[axis] < last[axis] ? 1 : 0;
+                    slope[axis] =
+                        0.5 * grid.size[axis] *
+                        (int{grid.values[grid.index(behind)]} - int{grid.values[grid.index(before)]});
+                }
+                made[grid.index(at)] = steepness(slope);
+            }
+        }
+    });
+    return made;
+}
+
+/// Of each of a brick's samples, also of those that it shares with the next ones.
+void addBrick(const GridBricks& bricks, std::size_t brick, const VolumeSamples& samples,
+              const Steepness& steepness, std::vector<std::uint8_t>& made) {
+    const glm::uvec3 count = bricks.count;
+    const glm::uvec3 first =
+        GridBricks::edge * glm::uvec3(brick % count.x, brick / count.x % count.y, brick / count.x / count.y);
+    std::size_t to = static_cast<std::size_t>(bricks.numbers[brick]) * GridBricks::volume;
+    for (std::uint32_t i = 0; i < GridBricks::volume; ++i) {
+        constexpr std::uint32_t side = GridBricks::samples;
+        const glm::uvec3 at = first + glm::uvec3(i % side, i / side % side, i / side / side);
+        const glm::vec3 place = glm::vec3(glm::min(at, bricks.size - 1U)) + 0.5F;
+        glm::dvec3 slope(0.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::vec3 step(0.0F);
+            step[axis] = 1.0F;
+            slope[axis] = 0.5 * bricks.size[axis] *
+                          (double{samples.code(place + step)} - double{samples.code(place - step)});
+        }
+        made[to++] = steepness(slope);
+    }
+}
+
+}  // namespace
+
+GridSlopes gridSlopes(const GridField& field, bool corrected) {
+    const Steepness steepness(field);
+    GridSlopes slopes{coarseSlopes(field.coarse, steepness), {}};
+    if (!corrected || field.bricks == nullptr) return slopes;
+    const GridBricks& bricks = *field.bricks;
+    const VolumeSamples samples(field);
+    slopes.bricks.resize(bricks.corrected() * GridBricks::volume + moreSlopes);
+    tbb::parallel_for(std::size_t{0}, bricks.numbers.size(), [&](std::size_t brick) {
+        if (bricks.numbers[brick] != GridBricks::none)
+            addBrick(bricks, brick, samples, steepness, slopes.bricks);
+    });
+    return slopes;
+}
+
+}  // namespace mote::render
