@@ -11,6 +11,8 @@ import path from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 export const [bin, packages] = process.argv.slice(2);
+/// MOTE_BROWSER says which: chromium or firefox.
+export const inFirefox = process.env.MOTE_BROWSER === 'firefox';
 export const program = (name) => path.join(bin, name);
 
 export function skip(why) {
@@ -18,12 +20,38 @@ export function skip(why) {
     process.exit(77);
 }
 
-export const browserPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(fs.existsSync);
-if (!browserPath) skip('there is no Chromium here');
+const names = inFirefox ? ['firefox-esr', 'firefox'] : ['chromium', 'chromium-browser', 'google-chrome'];
+const browserPath = names.map((name) => `/usr/bin/${name}`).find(fs.existsSync);
+if (!browserPath) skip(`there is no ${names[0]} here`);
 if (!fs.existsSync(path.join(packages, 'playwright-core'))) skip('the packages of the page are not installed');
-export const {chromium} = await import(pathToFileURL(path.join(packages, 'playwright-core/index.mjs')));
-
+const {chromium, firefox} = await import(pathToFileURL(path.join(packages, 'playwright-core/index.mjs')));
 export const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'mote-page-'));
+const downloads = path.join(folder, 'downloads');
+/// Debian's Firefox speaks WebDriver BiDi, Chromium its own protocol.
+export const launch = (...args) => inFirefox
+    ? firefox.launch({executablePath: browserPath, channel: 'moz-firefox', downloadsPath: downloads,
+                      // A panel of downloads takes the keys that the page should have.
+                      firefoxUserPrefs: {'browser.download.alwaysOpenPanel': false}})
+    : chromium.launch({executablePath: browserPath, args: ['--no-sandbox', ...args]});
+
+/// Keeps what the page gives to be saved. BiDi tells nothing of what a page makes by itself: there the file is waited for.
+export async function save(page, work, file) {
+    if (!inFirefox) {
+        const [given] = await Promise.all([page.waitForEvent('download'), work()]);
+        return given.saveAs(file);
+    }
+    const there = () => fs.existsSync(downloads) ? fs.readdirSync(downloads) : [];
+    const before = there();
+    await work();
+    for (let i = 0; i < 300; ++i) {
+        const [given, more] = there().filter((name) => !before.includes(name));
+        if (given && !more && !given.endsWith('.part') && fs.statSync(path.join(downloads, given)).size > 0)
+            return fs.renameSync(path.join(downloads, given), file);
+        await page.waitForTimeout(50);
+    }
+    throw new Error('nothing was saved');
+}
+
 const atEnd = [() => fs.rmSync(folder, {recursive: true, force: true})];
 export const later = (work) => atEnd.unshift(work);
 process.on('SIGTERM', async () => {
@@ -108,6 +136,8 @@ export function makeData() {
 
 /// The pixels that the page shows: {width, height, hash, lit}; `lit`: the part of them that is not the commonest colour.
 export async function picture(page) {
+    // What a worker draws is on Firefox's screen a little later, and it tells nobody when.
+    if (inFirefox) await page.waitForTimeout(150);
     const {width, height, bytes} = await page.evaluate(() => {
         const shown = document.getElementById('picture');
         const copy = new OffscreenCanvas(shown.width, shown.height);

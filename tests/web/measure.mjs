@@ -2,11 +2,11 @@
 //
 // Prints what docs/WEB.md says of the page's speed; no test. DATASET is ROOT/NAME below DATA.
 //   node measure.mjs BIN PACKAGES DATA DATASET [SECONDS]
-import {browserPath, chromium, exact, later, start, thinLine, tidy} from './browser.mjs';
+import {exact, later, launch, start, thinLine, tidy} from './browser.mjs';
 
 const [data, dataset, seconds = '8'] = process.argv.slice(4);
 const [link, , lines] = await start('ready ', 'mote-web', '--spawn', `data=${data}`);
-const browser = await chromium.launch({executablePath: browserPath, args: ['--no-sandbox', '--disable-gpu']});
+const browser = await launch('--disable-gpu');
 later(() => browser.close());
 
 const quantile = (values, part) => values.sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(part * values.length))];
