@@ -32,6 +32,7 @@ constexpr double memory = 0.3;      // s
 constexpr double samples = 16.0;    // that are remembered at most, so that one bad one is soon made good
 constexpr double mostWeight = 0.1;  // s, of one: a client that slept says little of its link
 constexpr Clock::duration shortest = 20us;  // no receipt is timed better than that
+constexpr Clock::duration atOnce = 1ms;     // receipts that come together
 constexpr Clock::duration stretch = 10s;    // a round trip is believed for one to two of these
 
 }  // namespace
@@ -59,6 +60,7 @@ bool LinkEstimator::received(Clock::time_point now, std::uint64_t total) {
     const std::uint64_t bytes = whole - received_;
     received_ = whole;
     if (!first) return true;
+    times_ += now - lastReceipt_ > atOnce ? 1 : 0;
     learnRoundTrip(now, now - *last);
     // The link began with them when they reached it, or when it was through with those before.
     const auto begun = std::max(lastReceipt_, *first + *roundTrip());
@@ -92,7 +94,7 @@ void LinkEstimator::learnRate(std::uint64_t bytes, Clock::duration busy) {
 }
 
 std::optional<double> LinkEstimator::rate() const {
-    if (seconds_ <= 0.0) return std::nullopt;
+    if (seconds_ <= 0.0 || times_ < 2) return std::nullopt;
     return bytes_ / seconds_;
 }
 

@@ -28,7 +28,8 @@ class LinkEstimator {
     /// or fewer than before.
     bool received(Clock::time_point now, std::uint64_t total);
 
-    /// Bytes a second. Nothing before the first receipts. A link that is faster than what can be measured
+    /// Bytes a second. Nothing before receipts of two times: those that come at once, as of a client that was
+    /// busy, tell of no link. A link that is faster than what can be measured
     /// here seems endless, and that is all that matters.
     std::optional<double> rate() const;
     /// The shortest time of late between sending and receipt of anything: both ways without a queue. Nothing
@@ -51,6 +52,7 @@ class LinkEstimator {
     std::deque<Piece> pieces_;  // in flight
     std::uint64_t sent_ = 0, received_ = 0;
     Clock::time_point lastReceipt_, idleAt_;
+    int times_ = 0;  // at which receipts came, those at once counted as one
     // Bytes and the time that the link took for them; older ones count less.
     double bytes_ = 0.0, seconds_ = 0.0;
     // The least round trip of this stretch of time and of the one before it.

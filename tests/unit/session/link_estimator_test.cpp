@@ -124,6 +124,18 @@ TEST_F(LinkEstimatorTest, AClientThatSleptIsSoonForgiven) {
     EXPECT_GT(*estimator_.rate(), 50e6);
 }
 
+TEST_F(LinkEstimatorTest, ReceiptsAtOnceAreNoFastLink) {
+    // A browser that was busy with its first picture says of all its pieces at once that they are there.
+    for (int i = 0; i < 6; ++i) send(16384);
+    for (std::uint64_t i = 1; i <= 6; ++i)
+        EXPECT_TRUE(estimator_.received(now_ + 300ms + i * 30us, i * 16384));
+    EXPECT_FALSE(estimator_.rate());
+    now_ += 400ms;
+    for (int i = 0; i < 6; ++i) send(16384);
+    EXPECT_TRUE(estimator_.received(now_ + 400ms, 12 * 16384));
+    EXPECT_LT(*estimator_.rate(), 2e6);
+}
+
 TEST_F(LinkEstimatorTest, RefusesWhatCannotBe) {
     send(1000);
     send(1000);
