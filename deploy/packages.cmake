@@ -1,4 +1,5 @@
-# Packages for Debian, made by cpack in the build's folder: mote-client, mote-server, mote-prep and python3-mote. What they need of
+# Packages for Debian, made by cpack in the build's folder: mote-client, mote-server, mote-prep and python3-mote, and
+# mote-adios2 where ADIOS2 is, which would bring sixty libraries to who never reads its files. What they need of
 # other packages, dpkg-shlibdeps finds in the programs; deploy/check-packages installs them where nothing else is.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mote)
@@ -26,6 +27,12 @@ set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS "mote-prep (= ${PROJECT_VERSION})")
 # What draws on a GPU is loaded where it is there.
 set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "mote-client (= ${PROJECT_VERSION}), libegl1, libopengl0")
 set(CPACK_DEBIAN_PREP_PACKAGE_SUGGESTS "openmpi-bin")
+if(TARGET mote-adios2)
+  list(APPEND CPACK_COMPONENTS_ALL adios2)
+  set(CPACK_COMPONENT_ADIOS2_DESCRIPTION "Files of ADIOS2 for mote-prep\n Reads openPMD in BP4 and BP5.")
+  set(CPACK_DEBIAN_ADIOS2_PACKAGE_DEPENDS "mote-prep (= ${PROJECT_VERSION})")
+  set(CPACK_DEBIAN_PREP_PACKAGE_SUGGESTS "openmpi-bin, mote-adios2")
+endif()
 set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "python3, openssh-client")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
   "Mote in Python\n Pictures, numbers and jobs of a server, for scripts and notebooks.")

@@ -5,6 +5,7 @@
 #include <optional>
 #include <system_error>
 
+#include "preprocess/readers/adios2/bp_tree.h"
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/known_files.h"
 #include "preprocess/readers/openpmd/layout.h"
@@ -34,6 +35,7 @@ Result<const ParticleReader*> tellHdf5(AskedFile file) {
     file.hdf5 = &opened;
     MOTE_ASSIGN_OR_RETURN(const auto* found, readerOf(ReaderKind::hdf5, file));
     if (found != nullptr) return found;
+    if (opened.bp()) return unsupported(opened.name(), "is an ADIOS2 file without openPMD's particles");
     return unsupported(opened.name(),
                        "is an HDF5 file that is neither openPMD (no attribute 'openPMD' in its root, no such "
                        "particles in any group) nor H5Part (no group Step#0), of Genesis 4 (no slicelength) "
@@ -67,6 +69,7 @@ Result<const ParticleReader*> tellText(AskedFile file) {
 Result<const ParticleReader*> tell(const proto::ParticlesJob& job, const std::filesystem::path& path) {
     const std::string name = path.filename().string();
     std::error_code code;
+    if (BpTree::reads(path)) return tellHdf5({path, job, {}});
     if (std::filesystem::is_directory(path, code)) {
         return unsupported(
             name, knownFolder(path, WantedAs::particles).value_or("is a folder; name the files in it"));

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "preprocess/readers/adios2/bp_tree.h"
 #include "preprocess/readers/known_files.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/series_source.h"
@@ -43,7 +44,8 @@ Result<Paths> inFolder(const std::filesystem::path& folder) {
          entry.increment(code)) {
         std::error_code kind;
         const bool hidden = entry->path().filename().string().starts_with('.');
-        if (!hidden && entry->is_regular_file(kind)) files.push_back(entry->path());
+        if (!hidden && (entry->is_regular_file(kind) || BpTree::isBp(entry->path())))
+            files.push_back(entry->path());
         if (files.size() > maxFiles) break;
     }
     if (files.empty()) {
@@ -60,8 +62,8 @@ Result<std::vector<InputFile>> inputFiles(const std::vector<std::filesystem::pat
     std::vector<InputFile> files;
     for (const std::filesystem::path& input : inputs) {
         std::error_code code;
-        const bool folder =
-            std::filesystem::is_directory(input, code) && !knownFolder(input, WantedAs::particles);
+        const bool folder = std::filesystem::is_directory(input, code) && !BpTree::isBp(input) &&
+                            !knownFolder(input, WantedAs::particles);
         const bool pattern =
             !std::filesystem::exists(input, code) && input.filename().string().find('%') != std::string::npos;
         if (!folder && !pattern) {

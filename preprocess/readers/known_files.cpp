@@ -7,6 +7,8 @@
 #include <initializer_list>
 #include <system_error>
 
+#include "preprocess/readers/adios2/bp_tree.h"
+
 namespace mote::prep {
 namespace {
 
@@ -175,6 +177,7 @@ std::optional<std::string> knownFile(std::string_view begin, std::string_view na
 }
 
 std::optional<std::string> knownFolder(const std::filesystem::path& folder, WantedAs wanted) {
+    if (BpTree::reads(folder)) return std::nullopt;
     const auto hasOne = [&](std::initializer_list<const char*> names) {
         std::error_code code;
         return std::any_of(names.begin(), names.end(),
@@ -183,6 +186,7 @@ std::optional<std::string> knownFolder(const std::filesystem::path& folder, Want
     const auto extension = folder.extension();
     if (hasOne({"md.idx"}) || (wanted == WantedAs::particles && hasOne({"data.0"})) || extension == ".bp" ||
         extension == ".bp4" || extension == ".bp5") {
+        if (openBp() != nullptr) return "is an ADIOS2 file without its md.idx: it was not written to its end";
         return fmt::format(
             "is an ADIOS2 {} file, and this mote was built without ADIOS2; convert it with: openpmd-pipe "
             "--infile {} --outfile {}.h5",

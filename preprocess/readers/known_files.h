@@ -20,7 +20,7 @@ enum class WantedAs : std::uint8_t { particles, volume };
 std::optional<std::string> knownFile(std::string_view begin, std::string_view name, WantedAs wanted,
                                      bool sure = false);
 
-/// The same of a folder that is a file to those who write it (ADIOS2, Zarr, ...).
+/// The same of a folder that is a file to those who write it (ADIOS2 where that is not read, Zarr, ...).
 std::optional<std::string> knownFolder(const std::filesystem::path& folder, WantedAs wanted);
 
 }  // namespace mote::prep

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "preprocess/job.h"
+#include "preprocess/readers/adios2/bp_tree.h"
 #include "preprocess/readers/known_files.h"
 #include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/volume/byte_stream.h"
@@ -141,6 +142,7 @@ Result<std::string_view> formatOfFolder(const std::filesystem::path& folder) {
     SilentProgress silent;
     MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(folder, silent));
     if (dicom) return std::string_view("dicom");
+    if (BpTree::reads(folder)) return std::string_view("openpmd");
     if (const auto known = knownFolder(folder, WantedAs::volume)) {
         return unsupported(folder.filename().string(), *known);
     }

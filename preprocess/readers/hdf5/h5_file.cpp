@@ -8,6 +8,8 @@
 #include <fstream>
 #include <system_error>
 
+#include "preprocess/readers/adios2/bp_tree.h"
+
 namespace mote::prep {
 namespace {
 
@@ -65,6 +67,7 @@ herr_t collectName(hid_t, const char* name, const H5L_info_t*, void* data) noexc
 }  // namespace
 
 bool H5File::looksLikeHdf5(const std::filesystem::path& path) {
+    if (BpTree::reads(path)) return true;
     static constexpr std::array<char, 8> signature = {'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
     std::ifstream file(path, std::ios::binary);
     for (std::uint64_t at = 0; at <= (1u << 20); at = at == 0 ? 512 : at * 2) {
@@ -81,24 +84,32 @@ Result<H5File> H5File::open(const std::filesystem::path& path) {
     H5PLset_loading_state(0);  // no filters from plugins
     H5File result;
     result.name_ = path.filename().string();
-    std::error_code code;
-    result.bytes_ = std::filesystem::file_size(path, code);
-    if (code) return notFound(result.name_, "cannot be read: " + code.message());
-    if (!looksLikeHdf5(path)) {
-        return corrupt(result.name_, "is not an HDF5 file, or not one that may be read");
+    if (BpTree::reads(path)) {
+        MOTE_ASSIGN_OR_RETURN(result.bp_, BpTree::open(path));
+        result.bytes_ = result.bp_->bytes();
+        result.file_ = H5Handle(H5Freopen(result.bp_->file()), H5Fclose);
+    } else {
+        MOTE_RETURN_IF_ERROR(result.openHdf5(path));
     }
-    // The driver is named, so that neither the file nor the environment chooses another one.
-    const H5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    if (!access.ok() || H5Pset_fapl_sec2(access.get()) < 0) {
-        return Error{ErrorCode::internal, result.name_, "HDF5 cannot be set up"};
-    }
-    result.file_ = H5Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
-    if (!result.file_.ok())
-        return corrupt(result.name_, "HDF5 cannot open the file: it is damaged or cut short");
     result.root_ = {H5Handle(H5Gopen2(result.file_.get(), "/", H5P_DEFAULT), H5Gclose), result.name_ + ":/",
                     true};
     if (!result.root_.handle.ok()) return corrupt(result.name_, "the root group is damaged");
     return result;
+}
+
+Status H5File::openHdf5(const std::filesystem::path& path) {
+    std::error_code code;
+    bytes_ = std::filesystem::file_size(path, code);
+    if (code) return notFound(name_, "cannot be read: " + code.message());
+    if (!looksLikeHdf5(path)) return corrupt(name_, "is not an HDF5 file, or not one that may be read");
+    // The driver is named, so that neither the file nor the environment chooses another one.
+    const H5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (!access.ok() || H5Pset_fapl_sec2(access.get()) < 0) {
+        return Error{ErrorCode::internal, name_, "HDF5 cannot be set up"};
+    }
+    file_ = H5Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
+    return file_.ok() ? success()
+                      : Status(corrupt(name_, "HDF5 cannot open the file: it is damaged or cut short"));
 }
 
 Status H5File::enter(const std::string& path) {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // H5File: a foreign HDF5 file, opened for reading with everything off that could lead out of it: plugin
-// filters, external and user-defined links, loops of soft links. Owned by a reader; used from one thread at a
-// time.
+// filters, external and user-defined links, loops of soft links; or a folder of ADIOS2, as the file that it
+// would be (BpTree). Owned by a reader; used from one thread at a time.
 #pragma once
 
 #include <hdf5.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,6 +19,8 @@
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+class BpTree;
 
 /// HDF5's messages on stderr, off for this thread: what goes wrong becomes an Error of ours.
 inline void silenceHdf5() {
@@ -65,14 +68,17 @@ struct H5Object {
 
 class H5File {
   public:
-    /// True where the file begins as an HDF5 file does (at 0, 512, 1024, ... 2^20).
+    /// True where the file begins as an HDF5 file does (at 0, 512, 1024, ... 2^20), or is a folder of ADIOS2
+    /// that can be read.
     static bool looksLikeHdf5(const std::filesystem::path& path);
 
-    /// Errors: notFound, permissionDenied, corrupt.
+    /// Errors: notFound, permissionDenied, corrupt; unsupported.
     static Result<H5File> open(const std::filesystem::path& path);
 
     const std::string& name() const { return name_; }  ///< for messages
     std::uint64_t bytes() const { return bytes_; }     ///< of the file
+    /// Where its values lie, if it is a folder of ADIOS2; else null.
+    const std::shared_ptr<BpTree>& bp() const { return bp_; }
     const H5Object& root() const { return root_; }
 
     /// Makes the group at `path` the root from which absolute paths are found. Errors: notFound, corrupt.
@@ -90,8 +96,11 @@ class H5File {
     Result<std::vector<std::string>> children(const H5Object& group) const;
 
   private:
+    Status openHdf5(const std::filesystem::path& path);
+
     std::string name_;
     std::uint64_t bytes_ = 0;
+    std::shared_ptr<BpTree> bp_;
     H5Handle file_;
     H5Object root_;
 };

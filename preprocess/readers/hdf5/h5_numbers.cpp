@@ -151,6 +151,11 @@ Result<H5Numbers> H5Numbers::open(const H5File& file, H5Object dataset, bool col
     const auto isLong = [](hsize_t length) { return length != 1; };
     if (column && std::ranges::count_if(numbers.extent_, isLong) > 1)
         return unsupported(dataset, "is a table of several dimensions, not one column");
+    if (file.bp()) {
+        MOTE_ASSIGN_OR_RETURN(numbers.bp_, BpValues::open(file.bp(), dataset));
+        numbers.dataset_ = std::move(dataset);
+        return numbers;
+    }
     std::uint64_t ratio = 1, values = 1;
     if (H5Pget_layout(creation.get()) == H5D_CHUNKED) {
         MOTE_ASSIGN_OR_RETURN(auto chunks, H5Chunks::open(dataset, numbers.valueBytes_, file.bytes()));
@@ -171,16 +176,34 @@ Status H5Numbers::read(std::span<const hsize_t> first, std::span<const hsize_t> 
     for (std::size_t i = 0; i < count.size(); ++i) {
         if (count[i] == 0) return success();
     }
+    if (bp_) return readBp(first, count, memoryType, values);
     return chunks_ ? readChunks(first, count, memoryType, values)
                    : readPlain(first, count, memoryType, values);
+}
+
+Status H5Numbers::readBp(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
+                         void* values) const {
+    const auto all = product(count);
+    std::vector<std::uint8_t> bytes(all * std::max(valueBytes_, H5Tget_size(memoryType)));
+    MOTE_RETURN_IF_ERROR(bp_->read(first, count, bytes.data(), dataset_.where));
+    return convert(bytes, all, memoryType, values);
+}
+
+/// Numbers as the file has them, in place, and from there.
+Status H5Numbers::convert(std::vector<std::uint8_t>& bytes, std::size_t count, hid_t memoryType,
+                          void* values) const {
+    if (H5Tconvert(type_.get(), memoryType, count, bytes.data(), nullptr, H5P_DEFAULT) < 0) {
+        return corrupt(dataset_, "its numbers cannot be converted");
+    }
+    std::memcpy(values, bytes.data(), count * H5Tget_size(memoryType));
+    return success();
 }
 
 Status H5Numbers::readChunks(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
                              void* values) const {
     const auto& shape = chunks_->shape();
     const auto all = product(count);
-    const std::size_t memoryBytes = H5Tget_size(memoryType);
-    std::vector<std::uint8_t> bytes(all * std::max(valueBytes_, memoryBytes));  // converted where it stands
+    std::vector<std::uint8_t> bytes(all * std::max(valueBytes_, H5Tget_size(memoryType)));
     std::vector<hsize_t> begin(first.size()), end(first.size());
     for (std::size_t i = 0; i < first.size(); ++i) {
         begin[i] = first[i] / shape[i] * shape[i];
@@ -191,11 +214,7 @@ Status H5Numbers::readChunks(std::span<const hsize_t> first, std::span<const hsi
         MOTE_ASSIGN_OR_RETURN(const auto from, chunks_->chunk(dataset_.handle.get(), chunk, dataset_.where));
         ChunkPart(first, count, chunk, shape).copy(from, bytes, valueBytes_);
     } while (advance(chunk, begin, end, shape, chunk.size()));
-    if (H5Tconvert(type_.get(), memoryType, all, bytes.data(), nullptr, H5P_DEFAULT) < 0) {
-        return corrupt(dataset_, "its numbers cannot be converted");
-    }
-    std::memcpy(values, bytes.data(), all * memoryBytes);
-    return success();
+    return convert(bytes, all, memoryType, values);
 }
 
 Status H5Numbers::readPlain(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "preprocess/readers/adios2/bp_tree.h"
 #include "preprocess/readers/hdf5/h5_chunks.h"
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "protocol/scene/error.h"
@@ -39,6 +40,9 @@ class H5Numbers {
                 void* values) const;
 
   private:
+    Status readBp(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
+                  void* values) const;
+    Status convert(std::vector<std::uint8_t>& bytes, std::size_t count, hid_t memoryType, void* values) const;
     Status readPlain(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
                      void* values) const;
     Status readChunks(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
@@ -47,6 +51,7 @@ class H5Numbers {
     H5Object dataset_;
     H5Handle space_, type_;
     std::unique_ptr<H5Chunks> chunks_;  // of a chunked dataset; keeps the last one
+    std::unique_ptr<BpValues> bp_;      // of a folder of ADIOS2
     std::vector<hsize_t> extent_;
     std::size_t valueBytes_ = 0;  // in the file
     bool float_ = false, signed_ = false, nativeFloat_ = false;

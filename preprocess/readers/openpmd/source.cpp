@@ -61,7 +61,10 @@ class OpenpmdSource : public SeriesSource {
     std::string species_;
     std::string weightUnit_;  ///< of all steps with particles; empty where they differ
 
+    // Of the step that was read last.
     std::size_t openStep_ = static_cast<std::size_t>(-1);
+    std::optional<H5File> openFile_;
+    std::filesystem::path openPath_;
     std::optional<OpenpmdSpecies> open_;
 };
 
@@ -193,10 +196,16 @@ Status OpenpmdSource::openStep(std::size_t step) {
     open_.reset();
     const OpenpmdPlace& place = places_[step];
     if (place.species) {
-        MOTE_ASSIGN_OR_RETURN(auto file, H5File::open(place.file));
-        if (!place.root.empty()) MOTE_RETURN_IF_ERROR(file.enter(place.root));
+        // All of an ADIOS2 file's names are read when it is opened.
+        if (!openFile_ || !openFile_->bp() || openPath_ != place.file) {
+            openFile_.reset();
+            MOTE_ASSIGN_OR_RETURN(auto file, H5File::open(place.file));
+            if (!place.root.empty()) MOTE_RETURN_IF_ERROR(file.enter(place.root));
+            openFile_ = std::move(file);
+            openPath_ = place.file;
+        }
         MOTE_ASSIGN_OR_RETURN(auto species,
-                              OpenpmdSpecies::open(file, *place.species, place.iteration, wantedMass_));
+                              OpenpmdSpecies::open(*openFile_, *place.species, place.iteration, wantedMass_));
         if (species.rows() != steps_[step].particles) {
             return corrupt(steps_[step].file, "has changed since it was opened");
         }

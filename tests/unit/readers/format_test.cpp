@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
+#include "preprocess/readers/adios2/bp_file.h"
 #include "preprocess/readers/format_detection.h"
 #include "preprocess/readers/series_source.h"
 #include "tests/support/temp_dir.h"
@@ -96,11 +97,15 @@ TEST_F(H5Part, refusesColumnsOfDifferentLengths) {
 TEST_F(Format, ofAnInputThatIsNotReadIsNamedWithAWayOut) {
     std::filesystem::create_directory(folder / "run.bp");
     writeFile(folder / "run.bp" / "md.idx", "x");
-    EXPECT_THAT(errorOf({folder / "run.bp"}),
-                AllOf(HasSubstr("unsupported: run.bp: is an ADIOS2 BP4 file"),
-                      HasSubstr("openpmd-pipe --infile run.bp --outfile run.h5")));
-    writeFile(folder / "run.bp" / "mmd.0", "x");
-    EXPECT_THAT(errorOf({folder / "run.bp"}), HasSubstr("BP5"));
+    if (prep::openBp() != nullptr) {  // ADIOS2 is there, and its index is not
+        EXPECT_THAT(errorOf({folder / "run.bp"}), HasSubstr("corrupt: run.bp"));
+    } else {
+        EXPECT_THAT(errorOf({folder / "run.bp"}),
+                    AllOf(HasSubstr("unsupported: run.bp: is an ADIOS2 BP4 file"),
+                          HasSubstr("openpmd-pipe --infile run.bp --outfile run.h5")));
+        writeFile(folder / "run.bp" / "mmd.0", "x");
+        EXPECT_THAT(errorOf({folder / "run.bp"}), HasSubstr("BP5"));
+    }
     std::filesystem::create_directory(folder / "plain");
     EXPECT_THAT(errorOf({folder / "plain"}), HasSubstr("is a folder without files"));
     writeFile(folder / "md.0", "ADIOS-BP v2.8.3 Metadata\x01");
