@@ -418,6 +418,9 @@ TEST_F(BpRun, thatIsDamagedEndsTheJobAlone) {
                     "/mote-prep particles run.bp --species ions --axes x,px,y --memory 512M --out " +
                     out.string() + " >said.txt 2>&1";
                 const int status = std::system(command.c_str());
+                if (i == 0 && std::string_view(name) == "data.0") {
+                    EXPECT_EQ(WEXITSTATUS(status), 1) << engine << ": what is cut short ends in a sentence";
+                }
                 EXPECT_NE(WEXITSTATUS(status), 124) << engine << " " << name << " " << i << " does not end";
                 EXPECT_EQ(status == 0, std::filesystem::exists(out)) << engine << " " << name << " " << i;
                 std::filesystem::remove_all(out);
