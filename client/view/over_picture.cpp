@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/view/panel_widgets.h"
+
 namespace mote::client {
 namespace {
 
@@ -44,7 +46,7 @@ void Notes::draw(const PictureArea& area, const std::vector<Note>& wrong) {
     if (!wrong.empty()) {
         ImGui::SetNextWindowPos({area.width / 2.0F, 40.0F * area.scale}, ImGuiCond_Always, {0.5F, 0.0F});
         ImGui::SetNextWindowBgAlpha(0.92F);
-        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 170, 130, 255));
+        pushWarningColor();
         ImGui::Begin("wrong", nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
         for (std::size_t i = 0; i < wrong.size(); ++i) {
             ImGui::PushID(static_cast<int>(i));

@@ -140,7 +140,7 @@ void drawLayerRow(ViewModel& model, int index, const LayerPanel& panel) {
     const bool missing = isMissing(panel.server, dataset);
     const auto& kind = proto::Layer::descriptor()->FindFieldByNumber(shownKind)->name();
     const auto name = fmt::format("{}{}  {}", dataset, missing ? " (missing)" : "", kind);
-    if (missing) ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+    if (missing) pushWarningColor();
     if (ImGui::Selectable(name.c_str(), index == model.chosen())) model.choose(index);
     if (missing) ImGui::PopStyleColor();
     if (ImGui::BeginDragDropSource()) {

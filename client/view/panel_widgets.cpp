@@ -31,6 +31,12 @@ void dim(const std::string& line) {
     ImGui::PopStyleColor();
 }
 
+void pushWarningColor() {
+    const auto& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);
+    ImGui::PushStyleColor(ImGuiCol_Text,
+                          ground.x > 0.5F ? IM_COL32(165, 50, 10, 255) : IM_COL32(255, 160, 120, 255));
+}
+
 bool section(const char* title) {
     return ImGui::CollapsingHeader(title, ImGuiTreeNodeFlags_DefaultOpen);
 }
@@ -172,7 +178,16 @@ void colorMapList(PanelActions& actions, const char* label, std::string& chosen)
 
 namespace {
 
-constexpr float knotRadius = 5.0F, grabRadius = 9.0F, stripHeight = 8.0F;  // pixels
+/// Screen coordinates of so many at the usual size of letters.
+float inProportion(float coordinates) {
+    return coordinates * ImGui::GetFontSize() / 14.0F;
+}
+float knotRadius() {
+    return inProportion(5.0F);
+}
+float stripHeight() {
+    return inProportion(8.0F);
+}
 
 /// Places curve coordinates on the screen. Opacities are small where they matter: their axis is a square
 /// root.
@@ -242,7 +257,7 @@ void drawCurve(ImDrawList& draw, const Plot& plot, const std::vector<Curve::Knot
         }
     }
     draw.PathLineTo(plot.at({plot.axis.high, knots.back().y}));
-    draw.PathStroke(color, 0, 2.0F);
+    draw.PathStroke(color, 0, inProportion(2.0F));
 }
 
 void drawStrip(ImDrawList& draw, const Plot& plot, const std::function<glm::dvec3(double)>& color) {
@@ -253,7 +268,7 @@ void drawStrip(ImDrawList& draw, const Plot& plot, const std::function<glm::dvec
         const auto shown = linearToSrgb(color(x)) * 255.0;
         const float left = plot.origin.x + plot.size.x * static_cast<float>(i) / pieces;
         draw.AddRectFilled(
-            {left, top}, {left + plot.size.x / pieces + 1.0F, top + stripHeight},
+            {left, top}, {left + plot.size.x / pieces + 1.0F, top + stripHeight()},
             IM_COL32(static_cast<int>(shown.x), static_cast<int>(shown.y), static_cast<int>(shown.z), 255));
     }
 }
@@ -261,7 +276,7 @@ void drawStrip(ImDrawList& draw, const Plot& plot, const std::function<glm::dvec
 std::optional<std::size_t> knotAt(const Plot& plot, const std::vector<Curve::Knot>& knots,
                                   const ImVec2& mouse) {
     std::optional<std::size_t> best;
-    float nearest = grabRadius * grabRadius;
+    float nearest = inProportion(9.0F) * inProportion(9.0F);
     for (std::size_t i = 0; i < knots.size(); ++i) {
         const ImVec2 at = plot.at(knots[i]);
         const float distance = (at.x - mouse.x) * (at.x - mouse.x) + (at.y - mouse.y) * (at.y - mouse.y);
@@ -328,15 +343,15 @@ bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     const ImVec2 end{plot.origin.x + plot.size.x, plot.origin.y + plot.size.y};
     draw.AddRectFilled(plot.origin, end, IM_COL32(18, 20, 26, 255));
-    draw.PushClipRect(plot.origin, {end.x + knotRadius, end.y + knotRadius}, false);
+    draw.PushClipRect(plot.origin, {end.x + knotRadius(), end.y + knotRadius()}, false);
     drawHistogram(draw, plot, look.histogram, look.histogramRange);
     drawGrid(draw, plot);
     const ImU32 color = look.rootAxis ? IM_COL32(255, 176, 84, 255) : IM_COL32(140, 200, 255, 255);
     drawCurve(draw, plot, curve.knots(), color);
-    for (const auto& knot : curve.knots()) draw.AddCircleFilled(plot.at(knot), knotRadius, color);
+    for (const auto& knot : curve.knots()) draw.AddCircleFilled(plot.at(knot), knotRadius(), color);
     draw.PopClipRect();
     if (look.color) drawStrip(draw, plot, look.color);
-    ImGui::Dummy({width, stripHeight});
+    ImGui::Dummy({width, stripHeight()});
     changed |= typeKnot(curve, look, width);
     ImGui::PopID();
     return changed;

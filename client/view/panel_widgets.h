@@ -24,18 +24,20 @@ struct PanelActions {
     bool viewChanged = false;  ///< the model was edited
     bool editing = false;      ///< and a control is still held
     std::optional<std::filesystem::path> openViewFrom, saveViewTo, openStyleFrom, saveStyleTo, savePictureTo;
-    const char* command = nullptr;              ///< a name of the viewer's list
-    std::optional<AxisNames> plot;              ///< other axes of the shown run
-    std::optional<std::string> cancelJob;       ///< an id
-    std::optional<std::string> retryJob;        ///< an id
-    bool moreJobs = false;                      ///< the next page of them
-    std::string refused;                        ///< why what was typed is not taken
-    std::optional<std::string> saveFilm;        ///< an id
+    const char* command = nullptr;         ///< a name of the viewer's list
+    std::optional<AxisNames> plot;         ///< other axes of the shown run
+    std::optional<std::string> cancelJob;  ///< an id
+    std::optional<std::string> retryJob;   ///< an id
+    bool moreJobs = false;                 ///< the next page of them
+    std::string refused;                   ///< why what was typed is not taken
+    std::optional<std::string> saveFilm;   ///< an id
 };
 
 void text(const std::string& line);
 /// A line in faint letters, wrapped.
 void dim(const std::string& line);
+/// Letters of what is wrong, until ImGui::PopStyleColor().
+void pushWarningColor();
 /// A part that can be folded, at first open; true if it is.
 bool section(const char* title);
 

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "client/view/panel_widgets.h"
+
 namespace mote::client {
 
 std::filesystem::path expandHome(const std::string& typed) {
@@ -75,7 +77,7 @@ std::optional<std::filesystem::path> PathPrompt::draw(float scale, const std::fu
     const bool given = ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
     const auto path = decide(pressed && !given);
     if (!failure_.empty()) {
-        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+        pushWarningColor();
         ImGui::TextWrapped("%s", failure_.c_str());
         ImGui::PopStyleColor();
     }

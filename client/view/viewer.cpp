@@ -38,7 +38,9 @@ ConnectionSettings connectionSettings(const ViewOptions& options) {
 
 Viewer::Viewer(const ViewOptions& options)
     : options_(options),
-      window_(options.width, options.height, "Mote"),
+      ownWindow_(options.window ? options.window
+                                : std::make_shared<Window>(options.width, options.height, "Mote")),
+      window_(*ownWindow_),
       browser_(options.connection),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       connection_(options.connection, connectionSettings(options)),
@@ -56,6 +58,7 @@ Viewer::Viewer(const ViewOptions& options)
         filmShown_ = true;
     }
     desk_.setSubject(model_.dataset());
+    window_.setLight(isLight());
     makeCommands();
     listen();
     interactive_ = !options_.exitAfterStill && !options_.screenshot && !options_.saveView;

@@ -9,6 +9,7 @@
 #include <functional>
 #include <glm/vec3.hpp>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,12 +44,14 @@ struct ViewOptions {
     std::optional<std::filesystem::path>
         screenshot;  ///< PNG of the window, once the first exact picture is shown
     std::optional<std::filesystem::path>
-        saveView;                 ///< a file that is not there, for the view that was shown then
-    bool exitAfterStill = false;  ///< and then the program ends
+        saveView;                         ///< a file that is not there, for the view that was shown then
+    bool exitAfterStill = false;          ///< and then the program ends
+    std::shared_ptr<Window> window = {};  ///< that is open already
 };
 
 /// Completes options with a target: roots of a private server, and what it is to show: a folder of datasets,
-/// a dataset, or a file that is prepared into the user's cache. Errors: notFound.
+/// a dataset, or a file that is prepared into the user's cache, which a window says that is then the
+/// viewer's. Errors: notFound, cancelled. Throws WindowError.
 Status resolveTarget(ViewOptions& options);
 
 class Viewer {
@@ -128,6 +131,8 @@ class Viewer {
     void setCamera(const Camera& camera);
     void goSteps(std::int64_t steps);
     void makeCommands();
+    static bool isLight();
+    void useLight(bool light);
 
     // What is shown.
 
@@ -150,7 +155,8 @@ class Viewer {
     std::optional<double> patience() const;
 
     ViewOptions options_;
-    Window window_;
+    std::shared_ptr<Window> ownWindow_;
+    Window& window_;
     PictureTexture texture_;
     ViewModel model_;
     Playback playback_;

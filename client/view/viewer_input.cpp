@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 #include <utility>
@@ -392,6 +393,7 @@ void Viewer::makeCommands() {
     add("Window", "Film", "K", [this] { filmShown_ = !filmShown_; });
     add("Window", "Numbers", "N", [this] { numbers_.open = !numbers_.open; });
     add("Window", "Full screen", "F11", [this] { window_.toggleFullScreen(); });
+    add("Window", "Light or dark", "", [this] { useLight(!isLight()); });
     add("Window", "Keys", "?", [this] { keysShown_ = !keysShown_; });
     add("Window", "Commands", "Ctrl+K", [this] { palette_.open(); });
     add("Numbers", "Histogram", "H", [this] { numbers_.toggleHistogram(); });
@@ -402,6 +404,29 @@ void Viewer::makeCommands() {
         keysShown_ = false;
     });
     add("Window", "Connect now", "", [this] { connection_.reconnect(); });
+}
+
+namespace {
+
+/// It is there while the user wants a light window.
+std::filesystem::path lightMark() {
+    return sessionFolder() / "light";
+}
+
+}  // namespace
+
+bool Viewer::isLight() {
+    std::error_code code;
+    return std::filesystem::exists(lightMark(), code);
+}
+
+void Viewer::useLight(bool light) {
+    window_.setLight(light);
+    std::error_code code;
+    std::filesystem::create_directories(sessionFolder(), code);
+    const bool kept =
+        light ? std::ofstream(lightMark()).good() : (std::filesystem::remove(lightMark(), code), !code);
+    if (!kept) say(fmt::format("{}: this is not kept for the next time", lightMark().string()));
 }
 
 void Viewer::run(const char* command) {

@@ -68,17 +68,27 @@ std::string nameOfKey(int key, int scancode) {
     return std::string(1, static_cast<char>(typed[0] - 'a' + 'A'));
 }
 
-void styleInterface(float scale) {
-    ImGui::StyleColorsDark();
+void styleInterface(float scale, bool light) {
     ImGuiStyle& style = ImGui::GetStyle();
+    style = ImGuiStyle();
+    light ? ImGui::StyleColorsLight() : ImGui::StyleColorsDark();
     style.WindowRounding = 0.0F;
     style.FrameRounding = 4.0F;
     style.GrabRounding = 4.0F;
     style.WindowBorderSize = 0.0F;
     style.ItemSpacing = {8.0F, 6.0F};
-    style.Colors[ImGuiCol_WindowBg] = {0.085F, 0.092F, 0.11F, 1.0F};
-    style.Colors[ImGuiCol_Header] = {0.16F, 0.19F, 0.25F, 1.0F};
+    style.Colors[ImGuiCol_WindowBg] =
+        light ? ImVec4(0.95F, 0.95F, 0.96F, 1.0F) : ImVec4(0.085F, 0.092F, 0.11F, 1.0F);
+    style.Colors[ImGuiCol_Header] =
+        light ? ImVec4(0.80F, 0.85F, 0.93F, 1.0F) : ImVec4(0.16F, 0.19F, 0.25F, 1.0F);
+    if (light) {
+        style.FrameBorderSize = 1.0F;  // white on nearly white
+        style.Colors[ImGuiCol_TextDisabled] = {0.40F, 0.40F, 0.42F, 1.0F};
+    }
     style.ScaleAllSizes(scale);
+}
+
+void loadFont(float scale) {
     ImGuiIO& io = ImGui::GetIO();
     io.IniFilename = nullptr;  // the panel has one place; nothing to remember
     // A readable font where the system has it; Dear ImGui's own bitmap font otherwise.
@@ -104,7 +114,8 @@ Window::Window(int width, int height, const std::string& title) {
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
     ImGui::CreateContext();
-    styleInterface(contentScale());
+    setLight(false);
+    loadFont(contentScale());
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 330 core");
     // In place of Dear ImGui's, which hear of keys when a frame has them.
@@ -133,6 +144,10 @@ void Window::setTitle(const std::string& title) {
 
 void Window::stayOpen() {
     glfwSetWindowShouldClose(window_, GLFW_FALSE);
+}
+
+void Window::setLight(bool light) {
+    styleInterface(contentScale(), light);
 }
 
 void Window::toggleFullScreen() {

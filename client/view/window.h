@@ -47,6 +47,8 @@ class Window {
     void setTitle(const std::string& title);
     /// Fills the screen, or is as it was before.
     void toggleFullScreen();
+    /// Dark letters on light ground, or the other way round.
+    void setLight(bool light);
     /// Waits for input, at most so long, then starts a frame of the user interface. True if something came.
     bool beginFrame(std::optional<double> seconds);
     /// Keys that this frame has, in order: each tap is one, however long frames take. Where something is

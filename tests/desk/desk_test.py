@@ -2,6 +2,7 @@
 """What a person does in mote-view, by mouse and keyboard in a real window; docs/VIEWER.md numbers it."""
 import json
 import math
+import os
 import pathlib
 import random
 import signal
@@ -416,6 +417,17 @@ class Desk(DeskCase):
         viewer.move(*viewer.see("?", within=(1195, 0, 1230, 40), least=0.7))
         viewer.see("Keys", within=(1000, 0, 1280, 80))
 
+    def test_70_a_light_window_stays_light(self):
+        viewer = self.beam()
+        ground = lambda viewer: viewer.picture()[714, 1270].astype(int).min()
+        self.assertLess(ground(viewer), 60)
+        viewer.do("Light or dark")
+        viewer.until(lambda: ground(viewer) > 200, "light")
+        again = self.beam(state=viewer.folder)
+        self.assertGreater(ground(again), 200)
+        again.do("Light or dark")
+        again.until(lambda: ground(again) < 60, "dark")
+
     # Without a server.
 
     def alone(self, *target, **how):
@@ -454,6 +466,26 @@ class Desk(DeskCase):
         self.addCleanup(viewer.close)
         self.assertNotEqual(viewer.process.wait(60), 0)
         self.assertIn("/nowhere/run.h5: there is no such file or folder", viewer.said())
+
+    def test_69_what_is_prepared_is_said_in_the_window(self):
+        for cancelled in (False, True):
+            viewer = hand.Viewer([data() / "run.h5"])
+            self.addCleanup(viewer.close)
+            preparing = lambda: subprocess.run(["pgrep", "-x", "-P", str(viewer.process.pid), "mote-prep"], capture_output=True,
+                                               check=False).stdout
+            child = int(viewer.until(preparing, "mote-prep"))
+            os.kill(child, signal.SIGSTOP)  # as if it took long
+            viewer.see("Preparing run.h5")
+            if cancelled:
+                viewer.press("Cancel")
+            os.kill(child, signal.SIGCONT)
+            if cancelled:
+                self.assertNotEqual(viewer.process.wait(60), 0)
+                self.assertFalse(pathlib.Path(f"/proc/{child}").exists())
+                self.assertFalse(list((viewer.folder / "cache" / "mote").glob("*.mote")))
+            else:
+                viewer.until(lambda: warm(viewer.picture()[:, :PANEL]).sum() > 2000, "the beam")
+                self.assertIn("mote-prep: kind: particles", viewer.said())
 
     # Time.
 

@@ -222,7 +222,7 @@ class Viewer:
         left, top, right, bottom = within or (0, 0, *self.size)
         grey = self.picture()[top:bottom, left:right].astype(float).max(2)
         pattern = word_picture(word, size)
-        like = find_pattern(grey, pattern)
+        like = numpy.abs(find_pattern(grey, pattern))  # dark letters on light ground too
         found = []
         for y, x in sorted(zip(*numpy.nonzero(like > least)), key=lambda at: -like[at]):
             if all(abs(y - fy) > 6 or abs(x - fx) > 6 for fy, fx in found):

@@ -9,6 +9,7 @@ Parts: file, connect, frozen, dead, slow, large, small, many, rest. Frame times 
 """
 import os
 import pathlib
+import shutil
 import signal
 import statistics
 import subprocess
@@ -53,11 +54,17 @@ def frames():
     return [float(line) for path in HUD.iterdir() for line in path.read_text(encoding="ascii").split()]
 
 
+def processor(viewer):
+    """Seconds that it has taken of a core."""
+    fields = pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def stir(viewer, say, seconds=4.0, hold=False):
     """Moves the mouse over the window, faster than frames come, and says how long these took."""
     width, height = viewer.size
     time.sleep(0.5)
-    before = len(frames())
+    before, spent = len(frames()), processor(viewer)
     viewer.move(width // 3, height // 2)
     if hold:
         viewer.display.button(1, True)
@@ -70,11 +77,10 @@ def stir(viewer, say, seconds=4.0, hold=False):
         time.sleep(0.001)
     if hold:
         viewer.display.button(1, False)
+    spent = processor(viewer) - spent
     taken = sorted(frames()[before:])
-    if not taken:
-        return print(f"{say}: no frame")
     print(f"{say}: {len(taken)} frames, median {statistics.median(taken):.1f} ms, 95% within "
-          f"{taken[int(0.95 * len(taken))]:.1f} ms, longest {taken[-1]:.1f} ms", flush=True)
+          f"{taken[int(0.95 * len(taken))]:.1f} ms, longest {taken[-1]:.1f} ms; {1000 * spent / len(taken):.1f} ms of a core each", flush=True)
 
 
 def processes(server):
@@ -174,8 +180,8 @@ def part_many(folder):
     root = folder / "root"
     root.mkdir()
     for i in range(10_000):
-        subprocess.run(["cp", "-al", data() / "magnet.mote", root / f"run-{i:05}.mote"], check=True)
-    subprocess.run(["cp", "-al", data() / "beam.mote", root / "beam.mote"], check=True)
+        shutil.copytree(data() / "magnet.mote", root / f"run-{i:05}.mote", copy_function=os.link)
+    shutil.copytree(data() / "beam.mote", root / "beam.mote", copy_function=os.link)
     begin = time.monotonic()
     server, viewer = shown(folder, root)
     print(f"10,001 datasets: {time.monotonic() - begin:.2f} s to server, window and exact picture", flush=True)
@@ -197,12 +203,10 @@ def part_many(folder):
 
 def part_rest(folder):
     server, viewer = shown(folder, data())
-    ticks = lambda: sum(map(int, pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text(encoding="ascii")
-                            .rsplit(")", 1)[1].split()[11:13]))
     time.sleep(5)
-    before, drawn = ticks(), len(frames())
+    before, drawn = processor(viewer), len(frames())
     time.sleep(20)
-    print(f"at rest: {(ticks() - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
+    print(f"at rest: {100 * (processor(viewer) - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
     viewer.close()
     server.close()
 

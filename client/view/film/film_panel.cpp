@@ -178,7 +178,7 @@ void FilmPanel::drawFiles(const FilmModel& model, const FilmState& state, FilmAc
     const auto& sentence = state.failure.empty() ? state.message : state.failure;
     ImGui::AlignTextToFramePadding();
     // One line beside the buttons; the whole of it under the mouse.
-    ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+    pushWarningColor();
     text(sentence);
     ImGui::PopStyleColor();
     if (!sentence.empty() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", sentence.c_str());

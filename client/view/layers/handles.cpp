@@ -397,7 +397,7 @@ std::optional<Placement> Placement::of(const glm::dmat4& transform) {
     for (int i = 0; i < 3; ++i) {
         if (std::abs(glm::dot(turned[i], turned[(i + 1) % 3])) > 1e-9) return std::nullopt;
     }
-    const double y = std::asin(std::clamp(-turned[0][2], -1.0, 1.0));
+    const double y = std::asin(std::clamp(0.0 - turned[0][2], -1.0, 1.0));
     const bool upright = std::abs(turned[0][2]) < 1.0 - 1e-12;
     placement.turn = glm::degrees(upright ? glm::dvec3(std::atan2(turned[1][2], turned[2][2]), y,
                                                        std::atan2(turned[0][1], turned[0][0]))

@@ -98,6 +98,7 @@ void drawGround(const PlotFrame& frame) {
 
 void drawAxes(const PlotFrame& frame, const PlotTitles& titles) {
     ImDrawList& draw = *ImGui::GetWindowDrawList();
+    const ImU32 letters = ImGui::GetColorU32(ImGuiCol_Text, 0.85F);
     draw.AddRect(frame.from, frame.to, plotLine);
     const auto across = ticksAcross(frame, titles.xUnit);
     const float labelTop = frame.to.y + gap;
@@ -105,22 +106,22 @@ void drawAxes(const PlotFrame& frame, const PlotTitles& titles) {
         const float x = frame.across(across.at[i]);
         const ImVec2 size = ImGui::CalcTextSize(across.labels[i].c_str());
         draw.AddLine({x, frame.to.y}, {x, frame.to.y - markLength}, plotLine);
-        draw.AddText({x - 0.5F * size.x, labelTop}, plotText, across.labels[i].c_str());
+        draw.AddText({x - 0.5F * size.x, labelTop}, letters, across.labels[i].c_str());
     }
     const auto title = axisTitle(titles.x, across.unit);
     const ImVec2 size = ImGui::CalcTextSize(title.c_str());
     const float middle = 0.5F * (frame.from.x + frame.to.x);
-    draw.AddText({middle - 0.5F * size.x, labelTop + ImGui::GetFontSize() + gap}, plotText, title.c_str());
+    draw.AddText({middle - 0.5F * size.x, labelTop + ImGui::GetFontSize() + gap}, letters, title.c_str());
 
     const auto up = ticksUp(frame, titles.yUnit);
     for (std::size_t i = 0; i < up.at.size(); ++i) {
         const float y = frame.down(up.at[i]);
         const ImVec2 label = ImGui::CalcTextSize(up.labels[i].c_str());
         draw.AddLine({frame.from.x, y}, {frame.from.x + markLength, y}, plotLine);
-        draw.AddText({frame.from.x - label.x - gap, y - 0.5F * label.y}, plotText, up.labels[i].c_str());
+        draw.AddText({frame.from.x - label.x - gap, y - 0.5F * label.y}, letters, up.labels[i].c_str());
     }
     const auto upTitle = axisTitle(titles.y, up.unit);
-    draw.AddText({frame.from.x, frame.from.y - ImGui::GetFontSize() - gap}, plotText, upTitle.c_str());
+    draw.AddText({frame.from.x, frame.from.y - ImGui::GetFontSize() - gap}, letters, upTitle.c_str());
 }
 
 namespace {

@@ -60,7 +60,6 @@ struct PlotTitles {
 };
 
 inline constexpr ImU32 plotGround = IM_COL32(14, 16, 21, 255), plotLine = IM_COL32(255, 255, 255, 70);
-inline constexpr ImU32 plotText = IM_COL32(225, 230, 240, 200);
 inline constexpr ImU32 wholeColor = IM_COL32(140, 200, 255, 255);  ///< of what all particles give
 
 /// Room that marks and titles take beside a plot, pixels: left, and below.
