@@ -30,7 +30,7 @@ class Catalogue {
     };
 
     static constexpr int maxDepth = 8;  ///< folders below a root
-    static constexpr std::size_t maxDatasets = 4096;
+    static constexpr std::size_t maxDatasets = 16384;
     static constexpr std::size_t maxVisited = 200000;  ///< directory entries looked at in one refresh
 
     /// Empty until the first refresh.
