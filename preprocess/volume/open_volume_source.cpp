@@ -127,7 +127,7 @@ constexpr VolumeReader volumeReaders[] = {
          const auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);
          return look ? openDicom(*look, step.options.field()) : look.error();
      }},
-    {"openpmd", "HDF5 with openPMD's attributes", nullptr, openField<openOpenpmdMesh>},
+    {"openpmd", "HDF5 or ADIOS2 with openPMD's attributes", nullptr, openField<openOpenpmdMesh>},
     {"raw", "its dimensions were given", nullptr,
      [](const VolumeStep& step, Progress&) { return openRaw(step.options, step.input); }}};
 

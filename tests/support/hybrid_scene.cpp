@@ -68,7 +68,7 @@ class Maker {
         }
         double low = 0.0;
         for (unsigned corner = 0; corner < 8; ++corner) {
-            glm::uvec3 sample;
+            glm::uvec3 sample(0);
             double weight = 1.0;
             for (int axis = 0; axis < 3; ++axis) {
                 const auto& between = along[static_cast<std::size_t>(axis)];

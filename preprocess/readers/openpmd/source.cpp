@@ -224,7 +224,7 @@ Result<std::unique_ptr<ParticleSource>> openOpenpmd(const AskedRun& run, Progres
     return openSeries(std::make_unique<OpenpmdSource>(run.job.species(), run.mass, progress), run.files);
 }
 
-constexpr std::string_view openpmdTold = "HDF5 with openPMD's attributes or records";
+constexpr std::string_view openpmdTold = "HDF5 or ADIOS2 with openPMD's attributes or records";
 
 }  // namespace
 
