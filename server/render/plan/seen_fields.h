@@ -5,15 +5,16 @@
 // thread; what it returns may be read by any number until the next picture.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <list>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "protocol/scene/most_recent.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/field_plan.h"
-#include "server/render/plan/grid_slopes.h"
 #include "server/render/plan/transfer_table.h"
 
 namespace mote::render {
@@ -44,6 +45,14 @@ class TransferTables {
 /// The range of values in blocks of 8 cells of the grid that rays go by: the bricks' where they are drawn,
 /// the coarse one otherwise. Corrected bricks are fine. Works in parallel.
 BlockRanges gridRanges(const CorrectedField& field);
+
+/// How steeply a field changes at its samples, in 255ths (docs/PICTURE.md, "Gradients"), in their order; four
+/// more than these can be read.
+struct GridSlopes {
+    std::vector<std::uint8_t> coarse, bricks;
+};
+/// `corrected`: whether the bricks are drawn, where there are some. Works in parallel.
+GridSlopes gridSlopes(const GridField& field, bool corrected);
 
 /// What is known of a field; nothing is owned.
 struct SeenField {

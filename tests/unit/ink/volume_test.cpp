@@ -16,7 +16,7 @@
 #include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_modalities.h"
 #include "server/render/plan/frame_plan.h"
-#include "server/render/plan/volume_samples.h"
+#include "server/render/plan/grid/volume_samples.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_views.h"

@@ -16,7 +16,7 @@
 #include "server/render/layers/lowering.h"
 #include "server/render/layers/pixel_fragments.h"
 #include "server/render/plan/field_blocks.h"
-#include "server/render/plan/volume_samples.h"
+#include "server/render/plan/grid/volume_samples.h"
 
 namespace mote::render {
 

@@ -18,7 +18,7 @@
 #include "server/render/layers/ink/ink_data.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/frame_plan.h"
-#include "server/render/plan/volume_samples.h"
+#include "server/render/plan/grid/volume_samples.h"
 
 namespace mote::render {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/plan/grid_slopes.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,7 +7,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "server/render/plan/volume_samples.h"
+#include "server/render/plan/grid/volume_samples.h"
+#include "server/render/plan/seen_fields.h"
 
 namespace mote::render {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/plan/volume_samples.h"
+#include "server/render/plan/grid/volume_samples.h"
 
 namespace mote::render {
 
