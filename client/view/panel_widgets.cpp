@@ -246,9 +246,10 @@ void drawGrid(ImDrawList& draw, const Plot& plot) {
 
 /// Level beyond the ends; straight pieces are bent by the square-root axis.
 void drawCurve(ImDrawList& draw, const Plot& plot, const std::vector<Curve::Knot>& knots, ImU32 color) {
+    // A list of Dear ImGui has 65536 vertices at most.
+    const int pieces = std::clamp(1024 / static_cast<int>(knots.size()), 2, 24);
     draw.PathLineTo(plot.at({plot.axis.low, knots.front().y}));
     for (std::size_t i = 0; i < knots.size(); ++i) {
-        constexpr int pieces = 24;
         const auto& from = knots[i > 0 ? i - 1 : 0];
         for (int piece = 1; piece <= pieces; ++piece) {
             const double share = static_cast<double>(piece) / pieces;
@@ -257,7 +258,7 @@ void drawCurve(ImDrawList& draw, const Plot& plot, const std::vector<Curve::Knot
         }
     }
     draw.PathLineTo(plot.at({plot.axis.high, knots.back().y}));
-    draw.PathStroke(color, 0, inProportion(2.0F));
+    draw.PathStroke(color, 0, std::round(inProportion(2.0F)));
 }
 
 void drawStrip(ImDrawList& draw, const Plot& plot, const std::function<glm::dvec3(double)>& color) {

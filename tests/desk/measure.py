@@ -24,6 +24,7 @@ os.environ.update(GALLIUM_HUD="frametime", GALLIUM_HUD_DUMP_DIR=str(HUD), GALLIU
 import hand  # noqa: E402
 from desk_case import data, warm  # noqa: E402
 
+OPEN = []  # what is to be closed, whatever comes
 PARTICLES = {"file": 1_000_000, "connect": 10_000_000}
 
 
@@ -95,7 +96,9 @@ def tell(server, what):
 
 def shown(folder, root, size=(1280, 720)):
     server = hand.Server(folder, root)
+    OPEN.append(server)
     viewer = hand.Viewer(["--connect", server.connection], size=size)
+    OPEN.append(viewer)
     viewer.see("exact", within=(size[0] - 340, 60, size[0], 110))
     return server, viewer
 
@@ -125,8 +128,6 @@ def part_frozen(folder):
     stir(viewer, "frozen server")
     stir(viewer, "frozen server, a drag", hold=True)
     tell(server, signal.SIGCONT)
-    viewer.close()
-    server.close()
 
 
 def part_dead(folder):
@@ -134,7 +135,6 @@ def part_dead(folder):
     server.close()
     viewer.see("Connect now", within=(0, 0, 940, 720))
     stir(viewer, "dead server, said on the picture")
-    viewer.close()
 
 
 def part_slow(folder):
@@ -153,15 +153,11 @@ def part_slow(folder):
     stir(viewer, "server that runs a tenth of the time, a drag", hold=True)
     running = False
     thread.join()
-    viewer.close()
-    server.close()
 
 
 def part_large(folder):
     server, viewer = shown(folder, data(), (7680, 4320))
     stir(viewer, "window of 7680 x 4320", seconds=8)
-    viewer.close()
-    server.close()
 
 
 def part_small(folder):
@@ -172,8 +168,6 @@ def part_small(folder):
     viewer.display.resize(1280, 720)
     viewer.see("exact", within=(940, 60, 1280, 110))
     print("window of 1 x 1 and back: it shows the exact picture again")
-    viewer.close()
-    server.close()
 
 
 def part_many(folder):
@@ -197,8 +191,6 @@ def part_many(folder):
     viewer.see("10 of 10001", within=(40, 80, 940, 720))
     taken = sorted(frames()[before:])
     print(f"wheel and eight letters: longest frame {taken[-1]:.1f} ms, median {statistics.median(taken):.1f} ms")
-    viewer.close()
-    server.close()
 
 
 def part_rest(folder):
@@ -207,12 +199,16 @@ def part_rest(folder):
     before, drawn = processor(viewer), len(frames())
     time.sleep(20)
     print(f"at rest: {100 * (processor(viewer) - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
-    viewer.close()
-    server.close()
 
 
 if __name__ == "__main__":
     for part in sys.argv[1:]:
         for old in HUD.iterdir():
             old.unlink()
-        globals()["part_" + part](pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-measure-")))
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-measure-"))
+        try:
+            globals()["part_" + part](folder)
+        finally:
+            while OPEN:
+                OPEN.pop().close()
+            shutil.rmtree(folder)
