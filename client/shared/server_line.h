@@ -60,6 +60,8 @@ class PrivateServer {
     std::filesystem::path connectionFile() const { return folder_.path() / "connection.json"; }
     /// The end of what it said on stderr, one line; empty if it said nothing.
     std::string lastWords() const;
+    /// Becomes readable when it ends, for poll().
+    int process() const { return process_; }
 
   private:
     explicit PrivateServer(std::string_view owner) : folder_(owner) {}

@@ -7,6 +7,7 @@ import pathlib
 import re
 import select
 import socket
+import ssl
 import struct
 import subprocess
 import sys
@@ -24,14 +25,17 @@ _READY = 60.0
 
 
 class Web:
-    """A mote-web that is ready; for a ``with`` statement. Its page is a folder of one file unless another is said."""
+    """A mote-web that is ready; for a ``with`` statement. Its page is a folder of two files unless another is said.
+    ``trusted``: the certificate by which it speaks TLS."""
 
-    def __init__(self, *options, page=None):
+    def __init__(self, *options, page=None, trusted=None):
+        self.tls = ssl.create_default_context(cafile=trusted) if trusted else None
         self._folder = tempfile.TemporaryDirectory()
         if page is None:
             page = pathlib.Path(self._folder.name)
             (page / "index.html").write_text("<!doctype html><title>page</title>")
             (page / "page.js").write_text("'script'")
+        self.page = page
         self.process = subprocess.Popen([str(BIN / "mote-web"), "--page", str(page), *map(str, options)],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0)
         self.url = self.line("ready ")
@@ -72,7 +76,8 @@ class Web:
         return len(os.listdir(f"/proc/{self.process.pid}/fd"))
 
     def connect(self):
-        return socket.create_connection(("127.0.0.1", self.port), timeout=30)
+        line = socket.create_connection(("127.0.0.1", self.port), timeout=30)
+        return self.tls.wrap_socket(line, server_hostname="localhost") if self.tls else line
 
     def cookie(self, token=None):
         """What a browser keeps that opened the link."""
@@ -91,7 +96,7 @@ class Web:
 
     def socket(self, cookie=None, path=None, connection=None, **headers):
         """A WebSocket that was accepted, or the answer that refused it."""
-        fields = {"Host": self.host, "Origin": f"http://{self.host}", **{name.replace("_", "-"): value for name, value in headers.items()}}
+        fields = {"Host": self.host, "Origin": f"{self.url.partition(':')[0]}://{self.host}", **{name.replace("_", "-"): value for name, value in headers.items()}}
         if cookie:
             fields["Cookie"] = cookie
         line = connection or self.connect()
@@ -115,7 +120,7 @@ class Answer:
         while True:
             try:
                 part = line.recv(65536)
-            except ConnectionResetError:
+            except (ConnectionResetError, ssl.SSLEOFError):
                 break
             if not part:
                 break

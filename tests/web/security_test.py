@@ -8,6 +8,7 @@ import re
 import resource
 import signal
 import socket
+import ssl
 import subprocess
 import time
 import unittest
@@ -150,7 +151,7 @@ class Entrance(WebCase):
         self.assertEqual(web.ask(f"/?token={web.token}").status, 200)
 
     def test_wrong_usage_is_told(self):
-        for words in (["--no-token"], ["--base-url", "x"], ["--origin", "hub"], ["--listen", "nowhere"], ["--listen", "127.0.0.1:x"],
+        for words in (["--no-token"], ["--tls-key", "key.pem"], ["--base-url", "x"], ["--origin", "hub"], ["--listen", "nowhere"], ["--listen", "127.0.0.1:x"],
                       ["--frame-ancestor", "*"], ["--spawn", "data=/tmp"]):
             run = subprocess.run([BIN / "mote-web", "--connect", self.server.file, *words], capture_output=True, text=True)
             self.assertEqual(run.returncode, 2, words)
@@ -195,8 +196,67 @@ class Proxies(WebCase):
         self.assertTrue(web.opens(None, connection=connect(), Origin="https://hub.example.org", Host="localhost",
                                          X_Forwarded_Host="hub.example.org"))
         self.assertEqual(web.socket(None, connection=connect(), Origin="https://evil.example", **hub).status, 403)
+        # A second one does not take it away.
+        run = subprocess.run([BIN / "mote-web", "--connect", self.server.file, "--page", web.page, "--listen", f"unix:{path}"],
+                             capture_output=True, text=True, timeout=30)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn(str(path), run.stderr)
+        self.assertEqual(web.ask("/", connection=connect(), **hub).status, 200)
         web.close()
         self.assertFalse(path.exists())
+
+
+class Encrypted(WebCase):
+    """TLS of its own, by a certificate that OpenSSL's program made."""
+
+    def certificate(self, name):
+        key, certificate = self.folder / f"{name}.key", self.folder / f"{name}.pem"
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
+                        "subjectAltName=DNS:localhost", "-keyout", key, "-out", certificate], check=True, capture_output=True)
+        return certificate, key
+
+    def test_browsers_speak_https_and_nothing_else(self):
+        certificate, key = self.certificate("own")
+        web = self.web("--tls-certificate", certificate, "--tls-key", key, trusted=certificate)
+        self.assertTrue(web.url.startswith("https://"))
+        answer = web.ask(f"/?token={web.token}")
+        self.assertEqual(answer.status, 200)
+        self.assertTrue(http.cookies.SimpleCookie(answer.headers["set-cookie"]).popitem()[1]["secure"])
+        cookie = web.cookie(web.line("link https://").partition("?token=")[2])
+        web_socket = web.socket(cookie)
+        self.addCleanup(web_socket.close)
+        web_socket.send(frame(hello()))
+        wait_for(web_socket, "welcome")
+        self.assertFalse(web.opens(cookie, Origin="https://evil.example"))
+        trusting, web.tls = web.tls, None
+        self.assertEqual(web.ask("/page.js", Cookie=cookie).status, 0)  # in the clear
+        web.tls = trusting
+        web.tls.maximum_version = ssl.TLSVersion.TLSv1_2
+        with self.assertRaises(ssl.SSLError):
+            web.connect()
+
+    def test_who_does_not_shake_hands_is_dropped(self):
+        certificate, key = self.certificate("slow")
+        web = self.web("--tls-certificate", certificate, "--tls-key", key, trusted=certificate)
+        cookie = web.cookie()
+        silent = [socket.create_connection(("127.0.0.1", web.port)) for _ in range(600)]
+        self.addCleanup(lambda: [line.close() for line in silent])
+        self.assertEqual(web.ask("/page.js", Cookie=cookie).status, 200)
+        self.assertLess(web.descriptors(), 400)
+
+    def test_files_that_do_not_fit_are_told(self):
+        (certificate, key), (_, other) = self.certificate("one"), self.certificate("two")
+        locked = self.folder / "locked.key"
+        subprocess.run(["openssl", "rsa", "-in", key, "-aes128", "-passout", "pass:secret", "-out", locked], check=True, capture_output=True)
+        page = self.folder / "page"
+        page.mkdir(exist_ok=True)
+        (page / "index.html").write_text("page")
+        for words, named in (([key], key), ([certificate], certificate), ([certificate, "--tls-key", other], other),
+                             ([certificate, "--tls-key", locked], locked), (["/nowhere.pem"], "/nowhere.pem")):
+            run = subprocess.run([BIN / "mote-web", "--connect", self.server.file, "--page", page, "--tls-certificate", *words],
+                                 capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=30)
+            self.assertEqual((run.returncode, run.stderr.count("\n")), (1, 1), run.stderr)
+            self.assertIn(str(named), run.stderr)
 
 
 class Bridge(WebCase):
@@ -372,6 +432,15 @@ class Harm(WebCase):
         other.send(frame(message))
         wait_for(other, "frame")
         self.assertLess(web.memory() - before, (64 if "/asan/" in str(BIN) or "/tsan/" in str(BIN) else 8) << 10)
+
+    def test_it_ends_with_a_server_of_its_own(self):
+        from gateway import Web
+        with Web("--spawn", f"data={self.folder}") as web:
+            children = pathlib.Path(f"/proc/{web.process.pid}/task/{web.process.pid}/children").read_text().split()
+            self.assertEqual(len(children), 1)
+            os.kill(int(children[0]), signal.SIGKILL)
+            self.assertEqual(web.process.wait(30), 1)
+            self.assertIn(b"mote-server: ended", web.process.stderr.read())
 
     def test_sigterm_ends_it_with_sockets_open(self):
         web = self.web()

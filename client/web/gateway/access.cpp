@@ -99,7 +99,7 @@ Role Access::useToken(std::string_view token) {
 std::string Access::cookie(Role role, bool secure) const {
     return fmt::format("{}={}; Max-Age={}; HttpOnly; SameSite=Strict{}", cookieName_,
                        role == Role::owner ? ownerSecret_ : followerSecret_, cookieSeconds,
-                       secure ? "; Secure" : "");
+                       secure || settings_.encrypted ? "; Secure" : "");
 }
 
 Role Access::roleOf(const Caller& caller) const {

@@ -37,6 +37,8 @@ struct AccessSettings {
     bool trusting = false;
     /// The owner is a follower, too.
     bool readOnly = false;
+    /// Browsers reach us by https.
+    bool encrypted = false;
 };
 
 /// What of a request says from where it comes.

@@ -136,7 +136,7 @@ class Pipes : public std::enable_shared_from_this<Pipes> {
         server_.close();
         co_await farewell();
         // What the browser still sends is read by nobody.
-        boost::beast::get_lowest_layer(browser_).close();
+        browser_.next_layer().plain().close();
         while (reading_) {
             error_code code;
             co_await ended_.async_wait(into(code));

@@ -5,14 +5,6 @@
 // browser's hello here. The thread of the gateway.
 #pragma once
 
-#include <utility>  // Boost 1.74's awaitable.hpp does not include it
-
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
-#include <boost/asio/redirect_error.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/beast/core/basic_stream.hpp>
-#include <boost/beast/websocket/stream.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -20,18 +12,10 @@
 #include <vector>
 
 #include "client/web/gateway/access.h"
+#include "client/web/gateway/browser_stream.h"
 #include "protocol/scene/error.h"
 
 namespace mote::web {
-
-/// Unix or TCP.
-using BrowserStream = boost::beast::basic_stream<boost::asio::generic::stream_protocol>;
-using WebSocket = boost::beast::websocket::stream<BrowserStream>;
-
-/// Awaits what puts its error there instead of throwing it.
-inline auto into(boost::system::error_code& code) {
-    return boost::asio::redirect_error(boost::asio::use_awaitable, code);
-}
 
 struct BridgeSettings {
     std::filesystem::path connectionFile;

@@ -10,6 +10,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/message.hpp>
@@ -295,12 +296,9 @@ Answered answer(const Request& request, Access& access, Rooms& rooms, const Page
 
 /// One browser's connection.
 struct Visit {
-    explicit Visit(BrowserStream::socket_type socket) : stream(std::move(socket)) {}
+    Visit(Acceptor::protocol_type::socket socket, net::ssl::context* tls) : stream(std::move(socket), tls) {}
 
-    void close() {
-        if (socket) return beast::get_lowest_layer(*socket).close();
-        stream.close();
-    }
+    void close() { (socket ? socket->next_layer() : stream).plain().close(); }
 
     BrowserStream stream;
     std::optional<WebSocket> socket;  ///< once it is one: it has the stream then
@@ -326,18 +324,21 @@ Error listenError(const std::string& where, const error_code& code) {
 
 struct Gateway::Impl {
     explicit Impl(GatewaySettings given)
-        : settings(std::move(given)),
-          access(settings.access),
-          acceptor(context),
-          wish(context),
-          pause(context) {}
+        : settings(std::move(given)), access(settings.access), acceptor(context), pause(context) {}
 
     Status listenUnix() {
         const auto& path = settings.listen.path;
+        error_code code;
         // A socket that a dead one left is in the way; anything else stays.
         struct stat found {};
-        if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
-        error_code code;
+        if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) {
+            net::local::stream_protocol::socket probe(context);
+            probe.connect(net::local::stream_protocol::endpoint(path), code);
+            if (!code)
+                return Error{ErrorCode::alreadyExists, "--listen", path + " is somebody's who listens there"};
+            ::unlink(path.c_str());
+            code.clear();
+        }
         const auto before = ::umask(0177);
         net::local::stream_protocol::acceptor local(context);
         local.open(net::local::stream_protocol(), code);
@@ -345,6 +346,19 @@ struct Gateway::Impl {
         ::umask(before);
         if (code) return listenError(path, code);
         return take(local.release(code), net::generic::stream_protocol(AF_UNIX, 0), path);
+    }
+
+    Status loadCertificate() {
+        if (!settings.tls) return success();
+        error_code code;
+        tls.emplace(net::ssl::context::tlsv13_server);
+        // Nobody is there to type one.
+        tls->set_password_callback([](std::size_t, auto) { return std::string(); });
+        tls->use_certificate_chain_file(settings.tls->certificate, code);
+        if (code) return corrupt(settings.tls->certificate.string(), "is no certificate: " + code.message());
+        tls->use_private_key_file(settings.tls->key, net::ssl::context::pem, code);
+        if (code) return corrupt(settings.tls->key.string(), "is no key of it: " + code.message());
+        return success();
     }
 
     Status listenTcp() {
@@ -386,7 +400,8 @@ struct Gateway::Impl {
             }
             if (waiting >= settings.mostWaiting) dropOldestWaiting();
             ++waiting;
-            const auto place = visits.insert(visits.end(), std::make_shared<Visit>(std::move(socket)));
+            const auto place = visits.insert(
+                visits.end(), std::make_shared<Visit>(std::move(socket), tls ? &*tls : nullptr));
             net::co_spawn(
                 context, [this, place] { return receive(place); },
                 [this, place](const std::exception_ptr& failure) {
@@ -430,14 +445,16 @@ struct Gateway::Impl {
 
     net::awaitable<void> receive(Visits::iterator place) {
         const auto visit = *place;
-        limitUnsent(visit->stream.socket());
+        limitUnsent(visit->stream.plain().socket());
+        visit->stream.plain().expires_after(settings.requestTime);
+        if (co_await visit->stream.shakeHands()) co_return;
         beast::flat_buffer buffer(mostHead + mostBody);
         while (true) {
             error_code code;
             http::request_parser<http::string_body> parser;
             parser.header_limit(mostHead);
             parser.body_limit(mostBody);
-            visit->stream.expires_after(settings.requestTime);
+            visit->stream.plain().expires_after(settings.requestTime);
             co_await http::async_read(visit->stream, buffer, parser, into(code));
             if (code) co_return;
             const auto request = parser.release();
@@ -489,13 +506,13 @@ struct Gateway::Impl {
         response.keep_alive(request.keep_alive());
         response.prepare_payload();
         if (request.method() == http::verb::head) response.body().clear();
-        visit.stream.expires_after(settings.requestTime);
+        visit.stream.plain().expires_after(settings.requestTime);
         co_await http::async_write(visit.stream, response, into(code));
         co_return !code && response.keep_alive();
     }
 
     net::awaitable<void> bridge(Visit& visit, const Request& request, Role role) {
-        visit.stream.expires_never();
+        visit.stream.plain().expires_never();
         auto& socket = visit.socket.emplace(std::move(visit.stream));
         beast::websocket::stream_base::timeout patience{settings.requestTime, settings.silence, true};
         socket.set_option(patience);
@@ -531,7 +548,7 @@ struct Gateway::Impl {
 
     std::string link(Role role) {
         const auto base = settings.access.origins.empty()
-                              ? "http://" + (origin.empty() ? "localhost" : origin)
+                              ? (tls ? "https://" : "http://") + (origin.empty() ? "localhost" : origin)
                               : settings.access.origins.front();
         const auto token = settings.access.trusting ? std::string() : "?token=" + access.makeToken(role);
         return base + settings.access.basePath + token;
@@ -549,11 +566,12 @@ struct Gateway::Impl {
     net::io_context context{1};
     Access access;
     Acceptor acceptor;
-    net::posix::stream_descriptor wish;
+    std::list<net::posix::stream_descriptor> ends;  ///< one becomes readable: it is over
     net::steady_timer pause;
     Rooms rooms;
     std::list<net::steady_timer*> inRooms;  ///< of those who wait for a view
-    std::string origin;                     ///< of TCP: HOST:PORT
+    std::optional<net::ssl::context> tls;
+    std::string origin;  ///< of TCP: HOST:PORT
     Visits visits;
     std::size_t waiting = 0, known = 0;
     bool ending = false;
@@ -564,6 +582,7 @@ Gateway::Gateway(GatewaySettings settings) : impl_(std::make_unique<Impl>(std::m
 Gateway::~Gateway() = default;
 
 Status Gateway::listen() {
+    MOTE_RETURN_IF_ERROR(impl_->loadCertificate());
     return impl_->settings.listen.kind == wire::Address::Kind::unixSocket ? impl_->listenUnix()
                                                                           : impl_->listenTcp();
 }
@@ -576,17 +595,19 @@ std::string Gateway::place() const {
     return impl_->origin.empty() ? impl_->settings.listen.path : impl_->origin;
 }
 
-void Gateway::run(int descriptor) {
+void Gateway::run(std::span<const int> descriptors) {
     auto& impl = *impl_;
-    impl.wish.assign(::dup(descriptor));
-    impl.wish.async_wait(net::posix::stream_descriptor::wait_read, [&impl](const error_code&) {
-        impl.ending = true;
-        error_code ignored;
-        impl.acceptor.close(ignored);
-        impl.pause.cancel();
-        impl.wakeRooms();
-        for (const auto& visit : impl.visits) visit->close();
-    });
+    for (const int each : descriptors) {
+        impl.ends.emplace_back(impl.context, ::dup(each));
+        impl.ends.back().async_wait(net::posix::stream_descriptor::wait_read, [&impl](const error_code&) {
+            impl.ending = true;
+            error_code ignored;
+            impl.acceptor.close(ignored);
+            impl.pause.cancel();
+            impl.wakeRooms();
+            for (const auto& visit : impl.visits) visit->close();
+        });
+    }
     net::co_spawn(
         impl.context, [&impl] { return impl.acceptAll(); }, net::detached);
     while (!impl.ending) impl.context.run_one();

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,9 +34,15 @@ using PageFiles = std::map<std::string, PageFile, std::less<>>;
 /// The files of a folder, by name. Errors: notFound (no folder, or no index.html in it), the disk's.
 Result<PageFiles> loadPage(const std::filesystem::path& folder);
 
+/// PEM files of a certificate, with those that vouch for it, and its key.
+struct CertificateFiles {
+    std::filesystem::path certificate, key;
+};
+
 struct GatewaySettings {
     std::filesystem::path connectionFile;  ///< of mote-server, read anew for each browser
     wire::Address listen;                  ///< TCP of port 0: any
+    std::optional<CertificateFiles> tls;   ///< browsers speak to us by https
     AccessSettings access;
     PageFiles page;
     std::size_t mostWaiting = 256;  ///< connections that have not shown a cookie; the oldest go first
@@ -50,14 +58,15 @@ class Gateway {
     Gateway(const Gateway&) = delete;
     Gateway& operator=(const Gateway&) = delete;
 
-    /// Errors: invalidArgument or internal ("--listen") where nobody can listen there.
+    /// Errors: invalidArgument, alreadyExists or internal ("--listen") where nobody can listen there;
+    /// corrupt where a certificate or its key cannot be used, with the file's name.
     Status listen();
     /// Where a browser begins: the URL with a token in it.
     std::string link(Role role);
     /// Where it listens: HOST:PORT, or the path of a socket.
     std::string place() const;
-    /// Serves until `descriptor` becomes readable; then ends in a second or so.
-    void run(int descriptor);
+    /// Serves until one of the descriptors becomes readable; then ends in a second or so.
+    void run(std::span<const int> descriptors);
 
   private:
     struct Impl;

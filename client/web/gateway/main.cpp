@@ -42,13 +42,14 @@ struct WebOptions {
     client::ServerCommand spawn{client::serverBesideUs(), {}, {}, 0};
     fs::path page;
     wire::Address listen;
+    std::optional<CertificateFiles> tls;
     AccessSettings access;
 };
 
 /// What the command line says before it is checked.
 struct RawOptions {
     WebOptions options;
-    std::string connect, device, listen = "127.0.0.1:0";
+    std::string connect, device, listen = "127.0.0.1:0", certificate, key;
 };
 
 void declare(const cli::Command& app, RawOptions& raw) {
@@ -66,6 +67,11 @@ void declare(const cli::Command& app, RawOptions& raw) {
                "Where browsers or a proxy connect: HOST:PORT (port 0: any), or unix:PATH")
         .showDefault()
         .valueName("PLACE");
+    app.option("--tls-certificate", raw.certificate,
+               "PEM file of a certificate, and of those that vouch for it: browsers speak https")
+        .valueName("FILE");
+    app.option("--tls-key", raw.key, "PEM file of its key; absent: in the certificate's file")
+        .valueName("FILE");
     app.option("--base-url", options.access.basePath, "Where a proxy shows it, from / to /")
         .showDefault()
         .valueName("PATH");
@@ -120,6 +126,13 @@ Status check(RawOptions& raw) {
     const auto address = wire::parseAddress(local ? raw.listen : "tcp:" + raw.listen);
     if (!address.ok()) return invalid("--listen", address.error().message);
     raw.options.listen = *address;
+    if (raw.certificate.empty() && !raw.key.empty())
+        return invalid("--tls-key", "goes with --tls-certificate FILE");
+    if (!raw.certificate.empty() && local)
+        return invalid("--tls-certificate", "goes with a port: the proxy before a Unix socket has one");
+    if (!raw.certificate.empty())
+        raw.options.tls = {raw.certificate, raw.key.empty() ? raw.certificate : raw.key};
+    raw.options.access.encrypted = raw.options.tls.has_value();
     return checkAccess(raw.options.access, raw.options.listen);
 }
 
@@ -148,6 +161,7 @@ Status runWeb(const WebOptions& options, const client::Interrupt& interrupt) {
     settings.connectionFile = server ? server->connectionFile() : *options.connect;
     MOTE_RETURN_IF_ERROR(wire::readConnectionFile(settings.connectionFile));
     settings.listen = options.listen;
+    settings.tls = options.tls;
     settings.access = options.access;
     Gateway gateway(std::move(settings));
     MOTE_RETURN_IF_ERROR(gateway.listen());
@@ -155,7 +169,11 @@ Status runWeb(const WebOptions& options, const client::Interrupt& interrupt) {
     // A proxy's address does not say where we listen.
     if (!options.access.origins.empty()) fmt::print("listens at {}\n", gateway.place());
     std::fflush(stdout);
-    gateway.run(interrupt.descriptor());
+    std::vector<int> ends{interrupt.descriptor()};
+    if (server) ends.push_back(server->process());
+    gateway.run(ends);
+    if (!interrupt.requested())
+        return Error{ErrorCode::internal, "mote-server", "ended: " + server->lastWords()};
     if (interrupt.requested() && interrupt.signal() != SIGTERM) return wasCancelled("interrupted");
     return success();
 }
