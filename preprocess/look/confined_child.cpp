@@ -15,7 +15,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 
+#include "protocol/scene/complain.h"
 #include "protocol/scene/system_error.h"
 
 namespace mote::prep {
@@ -87,6 +89,18 @@ Result<int> endOf(int status, const Confinement& confinement, const CancelSignal
                                number, ::strsignal(number)));
 }
 
+/// The child ends here: an exception that went on would make a second one of whoever called.
+[[noreturn]] void runAndEnd(const std::function<int()>& work) {
+    int status = 1;
+    try {
+        status = work();
+        std::fflush(nullptr);
+    } catch (const std::exception& failure) {
+        complainAtEnd("mote-prep", failure);
+    }
+    ::_exit(status);
+}
+
 }  // namespace
 
 Result<int> runConfined(const std::function<int()>& work, const Confinement& confinement,
@@ -99,9 +113,7 @@ Result<int> runConfined(const std::function<int()>& work, const Confinement& con
     if (child == 0) {
         ::close(ends[0]);
         confine(confinement, parent);
-        const int status = work();
-        std::fflush(nullptr);
-        ::_exit(status);
+        runAndEnd(work);
     }
     ::close(ends[1]);
     if (child < 0) {

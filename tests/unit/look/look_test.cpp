@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <stdexcept>
 
 #include "preprocess/look/confined_child.h"
 #include "preprocess/look/found.h"
@@ -35,6 +36,15 @@ TEST_F(ConfinedChild, GivesItsStatus) {
         ASSERT_TRUE(ended.ok());
         EXPECT_EQ(*ended, status);
     }
+}
+
+TEST_F(ConfinedChild, AnExceptionEndsItAndNobodyElse) {
+    const pid_t own = ::getpid();
+    const auto ended =
+        runConfined([]() -> int { throw std::runtime_error("stdout is closed"); }, {}, signal_);
+    ASSERT_EQ(::getpid(), own);
+    ASSERT_TRUE(ended.ok());
+    EXPECT_EQ(*ended, 1);
 }
 
 TEST_F(ConfinedChild, DeathIsASentence) {
