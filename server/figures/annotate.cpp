@@ -389,19 +389,37 @@ void addColorBars(const View& view, const std::vector<LayerFacts>& layers, Annot
     }
 }
 
-/// In the lower left corner, if a layer that is no plot lies in the world's units: a round length of at
-/// most a quarter of the picture's width, true at the depth of the camera's target.
+/// By what all lengths are multiplied; nothing where directions differ in that.
+std::optional<double> lengthFactor(const glm::dmat4& transform) {
+    constexpr double alike = 1e-9;
+    const glm::dmat3 linear(transform);
+    const glm::dmat3 squares = glm::transpose(linear) * linear;
+    const double square = (squares[0][0] + squares[1][1] + squares[2][2]) / 3.0;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            if (!(std::abs(squares[i][j] - (i == j ? square : 0.0)) <= alike * square)) return std::nullopt;
+        }
+    }
+    return std::sqrt(square);
+}
+
+/// In the lower left corner, if a layer that is no plot lies in the world's units, moved, turned or magnified
+/// but not stretched: a round length of at most a quarter of the picture's width, true at the depth of the
+/// camera's target.
 void addScaleBar(const View& view, const std::vector<LayerFacts>& layers, AnnotationRoom& room) {
     const LayerFacts* found = nullptr;
-    for (std::size_t i = 0; i < layers.size() && found == nullptr; ++i) {
+    std::optional<double> factor;
+    for (std::size_t i = 0; i < layers.size() && !factor; ++i) {
         const bool world = layers[i].manifest != nullptr &&
                            (layers[i].manifest->has_hybrid() || layers[i].manifest->has_mesh());
-        if (world && view.layers[i].opacity > 0.0) found = &layers[i];
+        if (!world || !(view.layers[i].opacity > 0.0)) continue;
+        found = &layers[i];
+        factor = lengthFactor(view.layers[i].transform);
     }
-    if (found == nullptr) return;
+    if (!factor) return;
     const auto& look = room.look();
     const Projection projection(view);
-    const double pixel = projection.pixelSize(glm::length(view.camera.target - view.camera.eye));
+    const double pixel = projection.pixelSize(glm::length(view.camera.target - view.camera.eye)) / *factor;
     const double most = widestScale * room.picture().size().x * pixel;
     if (!(most > 0.0) || !std::isfinite(most)) return;
     const double length = roundLength(most), pixels = length / pixel;

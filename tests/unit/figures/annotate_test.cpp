@@ -8,6 +8,8 @@
 #include <map>
 #include <set>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "protocol/scene/view_message.h"
 #include "server/figures/box_edges.h"
 #include "server/figures/projection.h"
@@ -262,6 +264,9 @@ TEST(Annotate, theScaleBarIsAsLongAsItSays) {
         *view.annotations = asked(false, false, true, false);
         view.layers[0].style = *parseHybridStyle({});
         view.camera.orthographicHeight = random.magnitude(-20, 20);
+        const double factor = trial % 2 == 0 ? 1.0 : random.magnitude(-6, 6);
+        view.layers[0].transform =
+            glm::scale(glm::rotate(glm::dmat4(1.0), 0.1 * trial, glm::dvec3(1, 2, 3)), glm::dvec3(factor));
         const auto marks = annotate(view, {{manifest}});
         ASSERT_EQ(textsOf(marks).size(), 1u);
         const auto& bar = std::get<LineMark>(marks[0]);
@@ -275,8 +280,11 @@ TEST(Annotate, theScaleBarIsAsLongAsItSays) {
                                                          {"\u00b5m", 1e-6}, {"mm", 1e-3},  {"m", 1.0},
                                                          {"km", 1e3}};
         const double metres = units.at(unit);
-        EXPECT_NEAR(number * metres * 1e3, pixels * *view.camera.orthographicHeight / 500.0,
+        EXPECT_NEAR(number * metres * 1e3, pixels * *view.camera.orthographicHeight / 500.0 / factor,
                     1e-6 * number * metres * 1e3);
+        // Where directions have lengths of their own, none is true.
+        view.layers[0].transform = glm::scale(view.layers[0].transform, glm::dvec3(1.0, 1.0, 1.1));
+        EXPECT_TRUE(annotate(view, {{manifest}}).empty());
     }
 }
 
