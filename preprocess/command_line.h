@@ -29,7 +29,8 @@ struct CommandLine {
 
 /// The subcommands that make nothing; those of jobs are in job_kinds.h.
 void addLookCommand(const cli::Command& program, CommandLine& line);
-/// This one makes what it chooses itself.
+/// These make several things, and a view of them.
+void addRunCommand(const cli::Command& program, CommandLine& line);
 void addAutoCommand(const cli::Command& program, CommandLine& line);
 void addInfoCommand(const cli::Command& program, CommandLine& line);
 void addVerifyCommand(const cli::Command& program, CommandLine& line);

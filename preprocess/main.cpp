@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
     program.footer(examples);
     for (const auto* kind : prep::jobKinds) kind->addCommand(program, line);
     prep::addAutoCommand(program, line);
+    prep::addRunCommand(program, line);
     prep::addLookCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
