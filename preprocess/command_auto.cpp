@@ -2,17 +2,13 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <memory>
-#include <system_error>
 
 #include "preprocess/auto/choice.h"
 #include "preprocess/command_line.h"
-#include "preprocess/draft_file.h"
 #include "preprocess/look/look_at.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
@@ -50,12 +46,6 @@ Result<OutputName> outputName(const std::string& output) {
     return OutputName{path.parent_path(), path.stem().string()};
 }
 
-Status mustNotExist(const fs::path& path) {
-    std::error_code code;
-    if (!fs::exists(path, code)) return success();
-    return Error{ErrorCode::alreadyExists, path.string(), "exists, and is not replaced"};
-}
-
 proto::Script viewOf(const AutoChoice& choice, const OutputName& output) {
     proto::Script script;
     auto& view = *script.add_views();
@@ -69,14 +59,6 @@ proto::Script viewOf(const AutoChoice& choice, const OutputName& output) {
     if (choice.request.has_mesh()) layer.mutable_mesh();
     if (choice.request.has_image()) layer.mutable_stipple()->set_image(named(""));
     return script;
-}
-
-Status writeView(const AutoChoice& choice, const OutputName& output, DraftFile& draft) {
-    std::ofstream file(draft.path(), std::ios::binary | std::ios::trunc);
-    file << toJson(viewOf(choice, output));
-    file.close();
-    if (!file) return Error{ErrorCode::resourceExhausted, draft.path().string(), "cannot be written"};
-    return draft.publish();
 }
 
 JsonObject said(const AutoChoice& choice, const fs::path& view) {
@@ -132,7 +114,7 @@ int runAuto(const CommandLine& line, const AutoArguments& options) {
     const int status = runAndPrint(line, choice->request, {}, options.resources, {},
                                    said(*choice, output->beside(".view.json")));
     if (status != 0) return status;
-    const Status written = writeView(*choice, *output, *view);
+    const Status written = writeScript(viewOf(*choice, *output), *view);
     return written.ok() ? 0 : fail(line, written.error());
 }
 

@@ -7,13 +7,16 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <span>
+#include <system_error>
 #include <type_traits>
 
 #include "preprocess/job_kinds.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/job_request.h"
+#include "protocol/scene/json.h"
 #include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
 
@@ -253,6 +256,20 @@ int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const
         printText(*outcome, seconds.count());
     }
     return 0;
+}
+
+Status writeScript(const proto::Script& script, DraftFile& draft) {
+    std::ofstream file(draft.path(), std::ios::binary | std::ios::trunc);
+    file << toJson(script);
+    file.close();
+    if (!file) return Error{ErrorCode::resourceExhausted, draft.path().string(), "cannot be written"};
+    return draft.publish();
+}
+
+Status mustNotExist(const std::filesystem::path& path) {
+    std::error_code code;
+    if (!std::filesystem::exists(path, code)) return success();
+    return Error{ErrorCode::alreadyExists, path.string(), "exists, and is not replaced"};
 }
 
 int fail(const CommandLine& line, const Error& error) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "preprocess/console.h"
+#include "preprocess/draft_file.h"
 #include "preprocess/job.h"
 #include "protocol/cli/command.h"
 #include "protocol/mote.pb.h"
@@ -76,6 +77,11 @@ struct ServedJob {
 /// Runs a job with a progress bar, then prints what it made. `said`: what the object of --json begins with.
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
                 const JobResources& resources, const ServedJob& served = {}, const JsonObject& said = {});
+
+/// Writes a script as JSON and publishes it. Errors: those of the draft, resourceExhausted.
+Status writeScript(const proto::Script& script, DraftFile& draft);
+/// Errors: alreadyExists.
+Status mustNotExist(const std::filesystem::path& path);
 
 /// Prints the error on stderr; 2 for wrong usage, 75 (EX_TEMPFAIL) if the error passes, 128 + signal where
 /// one came, else 1.

@@ -3,19 +3,16 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <memory>
 #include <set>
 #include <system_error>
 
 #include "preprocess/command_line.h"
-#include "preprocess/draft_file.h"
 #include "preprocess/look/silent_notes.h"
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/readers/format_detection.h"
 #include "preprocess/readers/unit_names.h"
 #include "protocol/quantity/quantity.h"
-#include "protocol/scene/json.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
@@ -76,9 +73,7 @@ Result<std::vector<RunPart>> partsOf(const CommandLine& line, const RunArguments
         part.path = options.output + "-" + fileWord(part.name) + storage::datasetSuffix;
         if (!paths.insert(part.path).second)
             return invalid("--out", part.path.string() + " would be made twice");
-        std::error_code code;
-        if (fs::exists(part.path, code))
-            return Error{ErrorCode::alreadyExists, part.path.string(), "exists, and is not replaced"};
+        MOTE_RETURN_IF_ERROR(mustNotExist(part.path));
     }
     return parts;
 }
@@ -198,11 +193,7 @@ Status writeView(std::vector<RunPart>& parts, DraftFile& draft) {
         MOTE_ASSIGN_OR_RETURN(part.manifest, storage::readManifest(storage::PathBeneath(part.path)));
     }
     MOTE_ASSIGN_OR_RETURN(const auto script, viewOfRun(parts));
-    std::ofstream file(draft.path(), std::ios::binary | std::ios::trunc);
-    file << toJson(script);
-    file.close();
-    if (!file) return Error{ErrorCode::resourceExhausted, draft.path().string(), "cannot be written"};
-    return draft.publish();
+    return writeScript(script, draft);
 }
 
 void say(const CommandLine& line, const std::vector<RunPart>& parts, const fs::path& view) {
