@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "preprocess/job_kinds.h"
+#include "preprocess/particles/live_dataset.h"
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/readers/particle_reader.h"
 #include "protocol/quantity/quantity.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr const char* particlesExamples = R"(Examples:
   mote-prep particles runParticles.h5 --axes x,px,y --out plots/beam.mote
   mote-prep particles dtl/fort.1??.gz --axes x,y,energy --format impactz --out dtl.mote
+  mote-prep particles "out/beam_%T.h5" --axes x,px,y --bounds-of step --follow --out live.mote
   mote-prep particles beam.mote --axes y,py,delta --out again.mote
   mote-prep particles table.txt --axes x,px,y --map "x=X [mm],px=PX [MeV/c],y=3 [mm]" --out table.mote
   mote-prep particles runParticles.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
@@ -77,6 +79,10 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
     field("steps", "Step indices, the last included").valueName("FIRST:LAST:STRIDE");
     command.option(
         "--columns", options.columns,
+    field(
+        "follow",
+        "The run is still written: each further step becomes one of the dataset at once, until Ctrl-C or the "
+        "LAST of --steps");
         "Columns kept beside the points, with commas between; none: none. Default: those of the source");
     field("lost", "Particles that the source marks as lost: without (the default), with or only these")
         .oneOf({"without", "with", "only"})
@@ -124,7 +130,12 @@ void addParticles(const cli::Command& program, CommandLine& line) {
 }
 
 Result<proto::Manifest> runParticles(const Job& job) {
-    MOTE_RETURN_IF_ERROR(checkParticlesJob(job.request.particles()), "particles");
+    const auto& particles = job.request.particles();
+    if (particles.append())
+        return appendSteps(job.request, job.inputs, job.output, job.resources, job.progress);
+    MOTE_RETURN_IF_ERROR(checkParticlesJob(particles), "particles");
+    if (particles.follow())
+        return followRun(job.request, job.inputs, job.output, job.resources, job.progress);
     return runParticlesJob(job.request, job.inputs, job.output, job.resources, job.progress);
 }
 

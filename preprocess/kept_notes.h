@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "preprocess/job.h"
@@ -19,7 +20,9 @@ class KeptNotes final : public Progress {
   public:
     static constexpr std::size_t most = 100, longest = 1000;
 
-    explicit KeptNotes(Progress& progress) : progress_(progress) {}
+    /// `before`: notes that were said already, of a dataset that goes on.
+    explicit KeptNotes(Progress& progress, std::vector<std::string> before = {})
+        : progress_(progress), notes_(std::move(before)) {}
     void report(double fraction, std::string_view phase) override { progress_.report(fraction, phase); }
     bool cancelled() const override { return progress_.cancelled(); }
     void note(std::string_view sentence) override {

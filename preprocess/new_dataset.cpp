@@ -19,6 +19,10 @@ fs::path finalFolder(const fs::path& output) {
 
 }  // namespace
 
+fs::path finalPlace(const fs::path& output) {
+    return finalFolder(output) / output.filename();
+}
+
 proto::Manifest beginManifest(const char* kind, const proto::JobRequest& request, const std::string& title) {
     proto::Manifest manifest;
     manifest.set_kind(kind);
@@ -41,7 +45,7 @@ std::string portableInput(const fs::path& input, const fs::path& output) {
 Status publishDataset(storage::DatasetWriter& writer, proto::Manifest& manifest, const Progress& progress) {
     if (progress.cancelled()) return wasCancelled();
     MOTE_RETURN_IF_ERROR(writer.publish(manifest));
-    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
+    for (const auto& file : writer.files()) *manifest.add_files() = file;
     return success();
 }
 

@@ -16,6 +16,9 @@
 
 namespace mote::prep {
 
+/// Where an output will lie in the end: that of a server's job is made in a folder beside its place.
+std::filesystem::path finalPlace(const std::filesystem::path& output);
+
 /// A manifest of this kind, with the request but for its output. `title`: if the request has none.
 proto::Manifest beginManifest(const char* kind, const proto::JobRequest& request, const std::string& title);
 

@@ -159,6 +159,7 @@ proto::Catalogue Catalogue::summary() const {
         std::uint64_t most = 0;
         for (const auto& step : entry.manifest->particles().steps()) most = std::max(most, step.particles());
         dataset.set_particles(most);
+        dataset.set_live(entry.manifest->particles().live());
     }
     return message;
 }

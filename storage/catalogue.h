@@ -49,7 +49,8 @@ class Catalogue {
     const std::vector<Error>& errors() const { return errors_; }
     const Roots& roots() const { return roots_; }
 
-    /// The entries as a message: name, kind, title, steps, particles of the largest step.
+    /// The entries as a message: name, kind, title, steps, particles of the largest step, and
+    /// whether more steps may come.
     proto::Catalogue summary() const;
 
   private:

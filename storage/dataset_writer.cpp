@@ -92,7 +92,7 @@ Status DatasetWriter::verify() const {
 }
 
 Status DatasetWriter::publish(proto::Manifest manifest) {
-    manifest.mutable_files()->Assign(files_.begin(), files_.end());
+    for (const auto& file : files_) *manifest.add_files() = file;
     MOTE_RETURN_IF_ERROR(writeManifest(partial_, manifest));
     // On the disk first: what cannot be written there the kernel says now.
     for (const auto& file : files_) MOTE_RETURN_IF_ERROR(syncPath(partial_ / file.name()));

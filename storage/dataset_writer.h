@@ -42,7 +42,8 @@ class DatasetWriter {
     /// Those added so far, in their order.
     const std::vector<proto::FileEntry>& files() const { return files_; }
 
-    /// Writes the manifest with files(), puts everything on the disk, reads back what tells of it, and gives
+    /// Writes the manifest with files() behind those that it names already, of the live dataset that it
+    /// continues (grow_dataset.h), puts everything on the disk, reads back what tells of it, and gives
     /// the dataset its name. Errors: as writeManifest and publishByRename, corrupt (what was read back is not
     /// what was written).
     Status publish(proto::Manifest manifest);

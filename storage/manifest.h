@@ -36,8 +36,8 @@ Status checkManifest(const proto::Manifest& manifest);
 /// before it was have none. Errors: notFound, permissionDenied, corrupt, unsupported.
 Result<proto::Manifest> readManifest(const PathBeneath& directory);
 
-/// Checks, writes and syncs `directory`/manifest.json and its digest, new files. Errors: as checkManifest,
-/// resourceExhausted (disk full), permissionDenied, alreadyExists.
+/// Checks, writes and syncs `directory`/manifest.json and, unless the dataset is live, its digest, new files.
+/// Errors: as checkManifest, resourceExhausted (disk full), permissionDenied, alreadyExists.
 Status writeManifest(const std::filesystem::path& directory, const proto::Manifest& manifest);
 
 /// What manifest.digest says of a manifest's text.

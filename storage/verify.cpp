@@ -7,6 +7,7 @@
 #include "storage/arrays/array_file.h"
 #include "storage/dataset_kind.h"
 #include "storage/files/dataset_file.h"
+#include "storage/grow_dataset.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 
@@ -40,6 +41,7 @@ void DatasetVerifier::findExtra() {
     for (; !code && at != fs::directory_iterator() && errors_.size() < maxErrors; at.increment(code)) {
         const auto name = at->path().filename().string();
         if (name == manifestName || name == manifestDigestName || findFile(manifest_, name)) continue;
+        if (manifest_.particles().live() && isOfSomeStep(name)) continue;  // the next one, on its way
         errors_.push_back({ErrorCode::corrupt, at->path().string(), "is no part of the dataset"});
     }
     if (code) errors_.push_back(systemError(code.value(), directory_.string(), "cannot be listed"));

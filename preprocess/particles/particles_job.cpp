@@ -175,11 +175,24 @@ Result<std::unique_ptr<ParticleSource>> openDataset(const proto::ParticlesJob& j
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, docs/JOBS.md
+/// The request with bounds on the axes that have those of the whole run: those of the dataset that goes on.
+proto::ParticlesJob withBoundsOf(const proto::ParticlesJob& job, const proto::Manifest& base) {
+    auto bounded = job;
+    for (const auto& axis : base.particles().axes()) {
+        const bool given = std::ranges::count(job.bounds(), axis.name(), &proto::Axis::name) > 0;
+        if (!given && job.bounds_of() != "step") *bounded.add_bounds() = axis;
+    }
+    for (auto& axis : *bounded.mutable_bounds())
+        if (!isOfSteps(axis)) axis.clear_unit();
+    return bounded;
+}
+
 
 class Job {
   public:
     Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
-        const fs::path& output, const JobResources& resources, KeptNotes& progress)
+    /// `live`: null, or what the steps are to a live dataset.
+        const fs::path& output, const LiveSteps* live, const JobResources& resources, KeptNotes& progress)
         : request_(request),
           job_(request.particles()),
           unfiltered_(source),
@@ -188,6 +201,9 @@ class Job {
           inputs_(inputs),
           output_(output),
           resources_(resources),
+          live_(live),
+          base_(live != nullptr && live->base ? &*live->base : nullptr),
+          first_(base_ != nullptr ? base_->particles().steps_size() : 0),
           ranks_(*resources.ranks),
           progress_(progress) {}
 
@@ -196,7 +212,10 @@ class Job {
         MOTE_ASSIGN_OR_RETURN(auto dataset, SharedDataset::create(ranks_, output_));
         dataset_.emplace(std::move(dataset));
         MOTE_RETURN_IF_ERROR(findBounds());
-        manifest_ = describePlot({request_, inputs_, output_}, axes_, plotBounds_, stepOptions_);
+        manifest_ = base_ != nullptr
+                        ? *base_
+                        : describePlot({request_, inputs_, output_}, axes_, plotBounds_, stepOptions_);
+        describeGrowth();
         MOTE_RETURN_IF_ERROR(makeSteps());
         MOTE_RETURN_IF_ERROR(makeColumns());
         report(0.97, "waiting for the disk");
@@ -215,20 +234,65 @@ class Job {
             axes_[static_cast<std::size_t>(i)] = std::move(axis);
         }
         MOTE_ASSIGN_OR_RETURN(columns_,
-                              keptColumns(job_.columns(), unfiltered_, lost_ == LostParticles::with));
-        MOTE_ASSIGN_OR_RETURN(steps_, selectSteps(job_.steps(), source_.steps().size()));
-        if (steps_.size() > static_cast<std::size_t>(storage::maxSteps)) {
+                              keptColumns(columnNames(), unfiltered_, lost_ == LostParticles::with));
+        if (live_ != nullptr && live_->steps) {
+            steps_ = *live_->steps;
+        } else {
+            MOTE_ASSIGN_OR_RETURN(steps_, selectSteps(job_.steps(), source_.steps().size()));
+        }
+        if (first_ + steps_.size() > static_cast<std::size_t>(storage::maxSteps)) {
             return Error{ErrorCode::resourceExhausted, "steps",
                          fmt::format("{} steps are more than the {} that one dataset holds; select some",
-                                     steps_.size(), storage::maxSteps)};
+                                     first_ + steps_.size(), storage::maxSteps)};
         }
         stepOptions_.volumeLevel = job_.has_volume_level() ? job_.volume_level() : defaultVolumeLevel;
+        bounded_ = base_ != nullptr ? withBoundsOf(job_, *base_) : job_;
+        if (base_ != nullptr) MOTE_RETURN_IF_ERROR(checkSameRun());
         stepOptions_.octree = {job_.has_leaf_capacity() ? job_.leaf_capacity() : defaultLeafCapacity,
                                job_.has_max_level() ? job_.max_level() : defaultMaxLevel};
         return checkMemory();
     }
 
     /// `together`: among how many steps the memory is divided.
+    /// What is kept beside the points of further steps is what is kept of those before.
+    google::protobuf::RepeatedPtrField<std::string> columnNames() const {
+        if (base_ == nullptr || base_->particles().columns().empty()) return job_.columns();
+        google::protobuf::RepeatedPtrField<std::string> names;
+        for (const auto& column : base_->particles().columns()) {
+            if (lost_ != LostParticles::with || column.name() != "lost") *names.Add() = column.name();
+        }
+        if (base_->particles().ids()) *names.Add() = "id";
+        return names;
+    }
+
+    Status checkSameRun() const {
+        proto::ParticlesManifest found;
+        columns_.describe(source_, found);
+        const auto& before = base_->particles();
+        if (found.mass() != before.mass()) {
+            return invalid("mass", fmt::format("is {:.10g} eV/c^2, and that of the live dataset {:.10g}: its "
+                                               "steps are of one run",
+                                               found.mass(), before.mass()));
+        }
+        if (found.species() == before.species() && found.weight_unit() == before.weight_unit() &&
+            found.particle_charge() == before.particle_charge())
+            return success();
+        return invalid("inputs",
+                       "hold other particles than the live dataset, by their species, charge or weight");
+    }
+
+    /// What further steps change of a live dataset's manifest, but for the steps themselves.
+    void describeGrowth() {
+        if (live_ == nullptr) return;
+        auto& particles = *manifest_.mutable_particles();
+        particles.set_live(live_->live);
+        if (base_ == nullptr) return;
+        particles.clear_axes();
+        addAxes(axes_, plotBounds_.all(), *particles.mutable_axes());
+    }
+
+    int ofDataset(std::size_t index) const { return static_cast<int>(first_ + index); }
+
     MemoryPlan memoryFor(std::size_t step, std::size_t together) const {
         return planMemory(source_.steps()[step].particles, stepOptions_,
                           prep::memoryFor(resources_.memory) / together,
@@ -276,13 +340,16 @@ class Job {
         return StepReader::open(source_, steps_[index], axes_, ranks_, progress_, mayKeep_);
     }
 
-    bool boundsGiven() const {
-        return job_.bounds_size() == 3 && std::ranges::none_of(job_.bounds(), isOfSteps);
+    static bool allGiven(const proto::ParticlesJob& job) {
+        return job.bounds_size() == 3 && std::ranges::none_of(job.bounds(), isOfSteps);
     }
 
+    /// So that no step is looked through for them.
+    bool boundsGiven() const { return allGiven(bounded_); }
     Status findBounds() {
         readers_.resize(steps_.size());
         for (std::size_t i = 0; i < steps_.size() && !boundsGiven(); ++i) {
+        if (base_ != nullptr) plotBounds_.goOn(base_->particles());
             report(0.2 * static_cast<double>(i) / static_cast<double>(steps_.size()),
                    fmt::format("looking for the bounds: step {} of {}", i + 1, steps_.size()));
             MOTE_ASSIGN_OR_RETURN(auto reader, openReader(i));
@@ -291,7 +358,7 @@ class Job {
             mayKeep_ -= reader.keptBytes();
             readers_[i].emplace(std::move(reader));
         }
-        const auto found = plotBounds_.find(job_, axes_, steps_.size());
+        const auto found = plotBounds_.find(bounded_, axes_, steps_.size());
         if (!found.ok() && found.error().code == ErrorCode::notFound) return nothingToPlot();
         return found;
     }
@@ -325,13 +392,15 @@ class Job {
         entry.set_invalid(built.counts.invalid);
         entry.set_outside(built.counts.outside);
         entry.set_particles(built.counts.particles);
-        entry.set_iteration(info.iteration);
+        entry.set_iteration(live_ != nullptr && live_->firstIteration
+                                ? *live_->firstIteration + static_cast<std::int64_t>(index)
+                                : info.iteration);
         entry.set_time(std::isfinite(info.time) ? info.time : 0.0);
         entry.set_total_weight(built.octree.totalWeight);
         densities_ = densities_.united(densityRange(built.octree));
         leaves_.push_back(built.octree.leafNode.size());
         reportStep(index, 0.6, "writing");
-        return write(built, static_cast<std::uint32_t>(index), entry);
+        return write(built, index, entry);
     }
 
     Result<BuiltStep> build(std::size_t index) {
@@ -354,10 +423,10 @@ class Job {
         return buildStep(*readers_[index], plotBounds_.of(index), stepOptions_, resources);
     }
 
-    Status write(const BuiltStep& built, std::uint32_t index, proto::ParticleStepEntry& entry) {
+    Status write(const BuiltStep& built, std::size_t index, proto::ParticleStepEntry& entry) {
         StepOutput output;
         output.directory = dataset_->directory();
-        output.name = storage::stepName(index);
+        output.name = storage::stepName(static_cast<std::uint32_t>(ofDataset(index)));
         entry.set_file(output.name + ".h5");
         entry.set_digest(output.name + ".digest");
         for (std::size_t a = 0; a < 3; ++a) {
@@ -377,18 +446,12 @@ class Job {
     /// Beside the points of every step, when all of them stand: then the memory is free for columns.
     Status makeColumns() {
         auto& particles = *manifest_.mutable_particles();
-        columns_.describe(source_, particles);
-        if (lost_ != LostParticles::without) {
-            particles.set_lost_particles(lost_ == LostParticles::with ? "with" : "only");
-        }
-        for (const auto& statistic : mote::statistics()) {
-            particles.add_statistic_names(statistic.name);
-        }
+        if (base_ == nullptr) describeColumns(particles);
         for (std::size_t i = 0; i < steps_.size(); ++i) {
             const double each = 0.17 / static_cast<double>(steps_.size());
             report(0.8 + each * static_cast<double>(i),
                    fmt::format("statistics of step {} of {}", i + 1, steps_.size()));
-            auto& entry = *particles.mutable_steps(static_cast<int>(i));
+            auto& entry = *particles.mutable_steps(ofDataset(i));
             MOTE_ASSIGN_OR_RETURN(const auto points,
                                   storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
             auto sampled =
@@ -409,6 +472,16 @@ class Job {
     }
 
     Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
+    void describeColumns(proto::ParticlesManifest& particles) const {
+        columns_.describe(source_, particles);
+        if (lost_ != LostParticles::without) {
+            particles.set_lost_particles(lost_ == LostParticles::with ? "with" : "only");
+        }
+        for (const auto& statistic : mote::statistics()) {
+            particles.add_statistic_names(statistic.name);
+        }
+    }
+
         const auto memory = prep::memoryFor(resources_.memory);
         // Without columns nothing is coded by what is seen.
         const auto observe = columns_.columns.empty()
@@ -420,7 +493,7 @@ class Job {
 
     Status makeColumns(std::size_t index, const storage::StepFile& points, const ColumnSample& sample,
                        proto::ParticlesManifest& particles) {
-        auto& entry = *particles.mutable_steps(static_cast<int>(index));
+        auto& entry = *particles.mutable_steps(ofDataset(index));
         ColumnsRequest request;
         request.kept = &columns_;
         request.source = &unfiltered_;
@@ -430,7 +503,7 @@ class Job {
             [&](std::string_view name) { return entry.statistics(static_cast<int>(*findStatistic(name))); },
             request.context);
         request.directory = dataset_->directory();
-        request.name = storage::columnsName(static_cast<std::uint32_t>(index));
+        request.name = storage::columnsName(static_cast<std::uint32_t>(ofDataset(index)));
         request.points = &points;
         request.sample = &sample;
         request.pointCount = entry.particles();
@@ -477,25 +550,58 @@ class Job {
         for (const auto& step : particles.steps()) total += step.particles();
         if (total == 0) return nothingToPlot();
         if (densities_.empty()) {
+        const Range before{particles.density_min(), particles.density_max()};
+        if (base_ != nullptr) densities_ = densities_.united(before);
             return corrupt(inputs_.empty() ? "" : inputs_.front().string(),
                            "all particles weigh nothing, so there is no density to plot");
         }
         particles.set_density_min(densities_.min);
         particles.set_density_max(densities_.max);
         for (std::size_t i = 0; i < places_.size(); ++i) {
-            auto& entry = *particles.mutable_steps(static_cast<int>(i));
+            auto& entry = *particles.mutable_steps(ofDataset(i));
             MOTE_ASSIGN_OR_RETURN(const auto file,
                                   storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
             MOTE_ASSIGN_OR_RETURN(const auto bins, densityHistogram(file, leaves_[i], densities_, progress_));
             entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
         }
-        noteLeftOut(particles, boundsGiven(), othersLeftOut_, progress_);
-        for (const auto& sentence : plotBounds_.notes(axes_)) progress_.note(sentence);
-        particles.mutable_notes()->Assign(progress_.notes().begin(), progress_.notes().end());
+        if (base_ != nullptr && !(before == densities_)) MOTE_RETURN_IF_ERROR(countBaseAnew());
+        keepNotes(particles);
         return publishDataset(dataset_->writer(), manifest_, progress_);
     }
 
     const proto::JobRequest& request_;
+    /// Histograms of the steps that are there, over the densities of all steps.
+    Status countBaseAnew() {
+        for (std::size_t i = 0; i < first_; ++i) {
+            if (progress_.cancelled()) return wasCancelled();
+            auto& entry = *manifest_.mutable_particles()->mutable_steps(static_cast<int>(i));
+            MOTE_ASSIGN_OR_RETURN(const auto step, storage::ParticleStep::open(
+                                                       live_->place, *base_, static_cast<std::uint32_t>(i)));
+            std::vector<std::uint64_t> bins;
+            try {
+                const auto leaves = step->leaves();
+                addToHistogram(leaves.density, leaves.pointCount, {densities_.min, densities_.max}, bins);
+                step->check();
+            } catch (const storage::StorageError& error) {
+                return error.error();
+            }
+            entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
+        }
+        return success();
+    }
+
+    /// How many are left out is said of all steps: what was said when they were fewer goes.
+    void keepNotes(proto::ParticlesManifest& particles) {
+        const auto counts = leftOutNotes(particles, allGiven(job_), othersLeftOut_);
+        for (const auto& sentence : counts) progress_.note(sentence);
+        for (const auto& sentence : plotBounds_.notes(axes_)) progress_.note(sentence);
+        particles.clear_notes();
+        for (const auto& sentence : progress_.notes()) {
+            if (!isLeftOutNote(sentence) || std::ranges::count(counts, sentence) > 0)
+                particles.add_notes(sentence);
+        }
+    }
+
     const proto::ParticlesJob& job_;
     ParticleSource& unfiltered_;
     LostParticles lost_;
@@ -503,12 +609,16 @@ class Job {
     const std::vector<fs::path>& inputs_;
     fs::path output_;
     JobResources resources_;
+    const LiveSteps* live_;        ///< null: the dataset is made at once
+    const proto::Manifest* base_;  ///< of the live dataset that gets the steps; null: there is none yet
+    std::size_t first_;            ///< how many steps that has
     Communicator& ranks_;
     KeptNotes& progress_;
     std::mutex reporting_;
     double reported_ = 0.0;  ///< under it
 
     PlotAxes axes_;
+    proto::ParticlesJob bounded_;  ///< with the bounds that are known
     KeptColumns columns_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
@@ -529,21 +639,33 @@ class Job {
 
 Result<proto::Manifest> runNoted(const proto::JobRequest& request, ParticleSource& source,
                                  const std::vector<fs::path>& inputs, const fs::path& output,
-                                 const JobResources& resources, KeptNotes& progress) {
+                                 const LiveSteps* live, const JobResources& resources, KeptNotes& progress) {
     const auto alone = singleProcess();
     JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
     return onThreads(resources.threads,
-                     [&] { return Job(request, source, inputs, output, all, progress).run(); });
+                     [&] { return Job(request, source, inputs, output, live, all, progress).run(); });
 }
 
 }  // namespace
 
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
+Result<proto::Manifest> makeLiveSteps(const proto::JobRequest& request, ParticleSource& source,
+                                      const std::vector<fs::path>& inputs, const fs::path& output,
+                                      const LiveSteps& live, const JobResources& resources,
+                                      KeptNotes& progress) {
+    return runNoted(request, source, inputs, output, &live, resources, progress);
+}
+
+Result<std::unique_ptr<ParticleSource>> openRun(const proto::ParticlesJob& job,
+                                                const std::vector<fs::path>& inputs, Progress& progress) {
+    return isDataset(inputs) ? openDataset(job, inputs.front()) : openParticleSource(job, inputs, progress);
+}
+
                                         const std::vector<fs::path>& inputs, const fs::path& output,
                                         const JobResources& resources, Progress& progress) {
     KeptNotes noted(progress);
-    return runNoted(request, source, inputs, output, resources, noted);
+    return runNoted(request, source, inputs, output, nullptr, resources, noted);
 }
 
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
@@ -551,11 +673,10 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, const 
                                         Progress& progress) {
     MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
     KeptNotes noted(progress);
-    auto source = isDataset(inputs) ? openDataset(request.particles(), inputs.front())
-                                    : openParticleSource(request.particles(), inputs, noted);
+    auto source = openRun(request.particles(), inputs, noted);
     if (resources.ranks) MOTE_RETURN_IF_ERROR(agree(*resources.ranks, source));
     if (!source.ok()) return source.error();
-    return runNoted(request, **source, inputs, output, resources, noted);
+    return runNoted(request, **source, inputs, output, nullptr, resources, noted);
 }
 
 }  // namespace mote::prep

@@ -7,9 +7,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "preprocess/job.h"
+#include "preprocess/kept_notes.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -32,7 +35,29 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, Partic
                                         const std::filesystem::path& output, const JobResources& resources,
                                         Progress& progress);
 
-/// Opens the inputs by openParticleSource, then as above.
+/// What steps are to a live dataset (storage/grow_dataset.h).
+struct LiveSteps {
+    std::optional<proto::Manifest> base = {};  ///< of the dataset that gets them; none: they begin it
+    std::filesystem::path place;               ///< of that dataset
+    std::optional<std::vector<std::size_t>> steps = {};  ///< of the source; none: those of the request
+    std::optional<std::int64_t> firstIteration = {};  ///< they are numbered from here on; none: as the source
+    bool live = true;                                 ///< more may come
+};
+
+/// Makes a dataset as runParticlesJob does, whose manifest tells of the steps of `live.base` too and whose
+/// files are those of further steps alone, under their later names. Bounds of the whole run are those of the
+/// base. Errors: also invalidArgument (a plot or a run that does not go on).
+Result<proto::Manifest> makeLiveSteps(const proto::JobRequest& request, ParticleSource& source,
+                                      const std::vector<std::filesystem::path>& inputs,
+                                      const std::filesystem::path& output, const LiveSteps& live,
+                                      const JobResources& resources, KeptNotes& progress);
+
+/// A dataset of ours, or by openParticleSource. Errors: as that; notFound (a dataset without columns).
+Result<std::unique_ptr<ParticleSource>> openRun(const proto::ParticlesJob& job,
+                                                const std::vector<std::filesystem::path>& inputs,
+                                                Progress& progress);
+
+/// Opens the inputs by openRun, then as above.
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
                                         const std::vector<std::filesystem::path>& inputs,
                                         const std::filesystem::path& output, const JobResources& resources,

@@ -25,6 +25,8 @@ Result<Range> widenedOf(const Range& found, const PlotAxis& axis) {
     return Error{range.error().code, fmt::format("axis {}", axis.name()), range.error().message};
 }
 
+constexpr std::string_view summedOver = ", summed over all steps";
+
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
 
 Status checkNumber(std::uint32_t value, std::uint32_t least, std::uint32_t greatest, const char* field) {
@@ -82,8 +84,8 @@ Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& fil
     return bins;
 }
 
-void noteLeftOut(const proto::ParticlesManifest& particles, bool boundsGiven, std::uint64_t others,
-                 Progress& progress) {
+std::vector<std::string> leftOutNotes(const proto::ParticlesManifest& particles, bool boundsGiven,
+                                      std::uint64_t others) {
     std::uint64_t lost = 0;
     std::uint64_t invalid = 0;
     std::uint64_t outside = 0;
@@ -92,14 +94,25 @@ void noteLeftOut(const proto::ParticlesManifest& particles, bool boundsGiven, st
         invalid += step.invalid();
         outside += step.outside();
     }
+    std::vector<std::string> sentences;
     const auto note = [&](std::uint64_t count, const char* what) {
-        if (count > 0) progress.note(fmt::format("{} particles {}, summed over all steps", count, what));
+        if (count > 0) sentences.push_back(fmt::format("{} particles {}{}", count, what, summedOver));
     };
     note(lost, "that the source marks as lost were left out");
     note(others, "that the source does not mark as lost were left out");
     note(invalid, "with a coordinate or weight that is not a finite number were left out");
     note(outside,
          boundsGiven ? "beyond the given bounds were left out" : "beyond the plot's bounds were left out");
+    return sentences;
+}
+
+bool isLeftOutNote(std::string_view sentence) {
+    return sentence.ends_with(summedOver);
+}
+
+void PlotBounds::goOn(const proto::ParticlesManifest& plot) {
+    for (int a = 0; a < 3; ++a)
+        before_[static_cast<std::size_t>(a)] = {plot.axes(a).min(), plot.axes(a).max()};
 }
 
 Status PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes, std::size_t steps) {
@@ -110,7 +123,7 @@ Status PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes, st
         if (given != job.bounds().end() && !own) {
             all_[a] = {given->min(), given->max()};
         } else {
-            Range found;
+            Range found = before_[a];
             for (const auto& step : steps_) found = found.united(step.ranges[a]);
             if (found.empty()) return notFound("", "");
             MOTE_ASSIGN_OR_RETURN(all_[a], widenedOf(found, axes[a]));

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "preprocess/job.h"
@@ -35,6 +36,8 @@ class PlotBounds {
   public:
     /// Takes the bounds of the next step.
     void add(const StepBounds& step) { steps_.push_back(step); }
+    /// The search goes on for further steps of a plot: what its axes span widens.
+    void goOn(const proto::ParticlesManifest& plot);
     /// Ends the search, with that many steps. Errors: notFound, of what "no step has a particle" says;
     /// resourceExhausted, with the axis.
     Status find(const proto::ParticlesJob& job, const PlotAxes& axes, std::size_t steps);
@@ -48,6 +51,7 @@ class PlotBounds {
 
   private:
     std::vector<StepBounds> steps_;
+    std::array<Range, 3> before_;  ///< of the steps before; empty: there are none
     std::array<Range, 3> all_;
     std::vector<std::array<Range, 3>> bounds_;  ///< by step
     bool ofSteps_ = false;
@@ -80,8 +84,10 @@ proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, con
 Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t leaves,
                                                     const Range& densities, const Progress& progress);
 
-/// Notes what the steps leave out; `others`: particles that are not lost, of a plot of those that are.
-void noteLeftOut(const proto::ParticlesManifest& particles, bool boundsGiven, std::uint64_t others,
-                 Progress& progress);
+/// Says what the steps leave out; `others`: particles that are not lost, of a plot of those that are.
+std::vector<std::string> leftOutNotes(const proto::ParticlesManifest& particles, bool boundsGiven,
+                                      std::uint64_t others);
+/// Whether it is one of these sentences.
+bool isLeftOutNote(std::string_view sentence);
 
 }  // namespace mote::prep

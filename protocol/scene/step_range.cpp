@@ -58,6 +58,19 @@ Status checkStepRange(std::string_view text) {
     return parsed.ok() ? success() : Status(parsed.error());
 }
 
+bool meansStep(std::string_view text, std::size_t step) {
+    if (text.empty()) return true;
+    const auto range = parse(text);
+    return range.ok() && step >= range->first && (!range->last || step <= *range->last) &&
+           (step - range->first) % range->stride == 0;
+}
+
+std::optional<std::size_t> lastStepMeant(std::string_view text) {
+    if (text.empty()) return std::nullopt;
+    const auto range = parse(text);
+    return range.ok() ? range->last : std::nullopt;
+}
+
 Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t available) {
     StepRange range;
     if (!text.empty()) {

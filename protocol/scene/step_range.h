@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -18,5 +19,10 @@ Status checkStepRange(std::string_view text);
 /// Indices in ascending order; all of them for "". Errors: as above, invalidArgument where FIRST or LAST is
 /// not a step of the run.
 Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t available);
+
+/// Of a run that is still written, by a range whose form is right: whether it means this step, and the last
+/// one that it means; none: all that come.
+bool meansStep(std::string_view text, std::size_t step);
+std::optional<std::size_t> lastStepMeant(std::string_view text);
 
 }  // namespace mote

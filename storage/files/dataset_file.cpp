@@ -53,6 +53,11 @@ int renameNew(const std::filesystem::path& from, const std::filesystem::path& to
 
 }  // namespace
 
+bool isPlainName(const std::string& name) {
+    return !name.empty() && name.size() <= 255 && name != "." && name != ".." &&
+           name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+}
+
 Result<std::unique_ptr<ScratchFile>> ScratchFile::create(const std::filesystem::path& path) {
     FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (!file.valid()) return systemError(errno, path.string(), "cannot be made");

@@ -51,6 +51,9 @@ class ScratchFile {
     std::atomic<std::uint64_t> end_{0};
 };
 
+/// Whether it is the name of a file directly in a folder: no such name leads out of it.
+bool isPlainName(const std::string& name);
+
 /// Opens it to be read. Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's
 /// place, or a link in a folder's).
 Result<FileDescriptor> openRegular(const PathBeneath& path);
