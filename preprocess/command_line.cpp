@@ -47,6 +47,8 @@ Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roo
     if (request.output().empty()) return invalid("output", "is missing");
     auto path = roots.empty() ? Result<fs::path>(request.output()) : roots.resolveNew(request.output());
     if (!path.ok()) return inField(path.error(), "output");
+    if (!path.ok() && path.error().code == ErrorCode::alreadyExists && appendsSteps(request))
+        path = roots.resolveExisting(request.output());
     if (served.draft.empty()) return path;
     const auto name = path->filename();
     *path += ".partial-" + served.draft;

@@ -110,6 +110,10 @@ Status checkParticles(const Request& request) {
         if (!std::isfinite(value)) return invalid("impact", "needs finite numbers");
     }
     return checkCount(job.inputs_size(), "inputs");
+    if (job.follow())
+        return invalid("follow", "is for mote-prep beside the run; a server takes its steps with append");
+    if (job.closes() && !job.append()) return invalid("closes", "needs \"append\" beside it");
+    if (job.closes() && job.inputs().empty()) return success();
 }
 
 Status checkSynthBeam(const Request& request) {
@@ -300,6 +304,10 @@ Result<JobRequest> parseJobRequest(const Request& message) {
         return Error{ErrorCode::resourceExhausted, "",
                      fmt::format("the request has more than {} bytes", kind.largest)};
     }
+bool appendsSteps(const Request& message) {
+    return message.particles().append();
+}
+
     MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestJobTitle));
     if (message.kind_case() == Request::KIND_NOT_SET) return missingKind();
     MOTE_RETURN_IF_ERROR(checkOutlook(message));

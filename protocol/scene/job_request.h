@@ -38,6 +38,9 @@ bool staysWithJob(const proto::JobRequest& message);
 /// Whether several processes may do it together, under MPI.
 bool mayHaveRanks(const proto::JobRequest& message);
 
+/// Whether what it makes may be further steps of a live dataset.
+bool appendsSteps(const proto::JobRequest& message);
+
 /// The files that a request names as inputs, of a request that nobody has checked.
 std::vector<JobInput> jobInputs(const proto::JobRequest& message);
 

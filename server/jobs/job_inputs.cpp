@@ -113,7 +113,7 @@ Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storag
     if (staysWithJob(message)) return JobOutput{};
     auto output = findOutput(message, roots);
     if (!output.ok()) return ofField("output", output.error());
-    if (output->exists) {
+    if (output->exists && !appendsSteps(message)) {
         return Error{ErrorCode::alreadyExists, "output", fmt::format("{} exists already", message.output())};
     }
     return output;

@@ -30,7 +30,8 @@ struct JobOutput {
 Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Roots& roots);
 
 /// Where the output is to appear; of a film or an export nowhere. Errors: invalidArgument, notFound (a root,
-/// an input), alreadyExists (the output), permissionDenied; each with the path of its field, as in JSON.
+/// an input), alreadyExists (the output, but that of further steps), permissionDenied; each with the path of
+/// its field, as in JSON.
 Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots);
 
 /// Of the whole request, and of the identity of each file and dataset that it reads: 32 hexadecimal digits,

@@ -206,10 +206,11 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
     const auto valid = parseJobRequest(request);
     const auto* uploads = uploads_.empty() ? "" : Uploads::root;
     const auto digest = valid.ok() ? requestDigest(request, roots_, uploads) : std::string();
-    if (const auto* same = wish.again ? nullptr : sameJob(digest)) return same->status;
+    const bool anew = wish.again || appendsSteps(request);
+    if (const auto* same = anew ? nullptr : sameJob(digest)) return same->status;
     MOTE_RETURN_IF_ERROR(checkJobRequest(request, roots_));
     const auto* maker = staysWithJob(request) ? nullptr : table_->maker(request.output());
-    if (maker) {
+    if (maker && !(appendsSteps(request) && appendsSteps(maker->status.request()))) {
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
     }

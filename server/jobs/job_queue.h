@@ -143,6 +143,7 @@ class JobQueue {
     void scheduleSoon();
     void schedule();
     std::size_t placesTaken(bool film);
+    bool waitsItsTurn(const JobRecord& record);
     void begin(JobRecord& record);
     Result<RunOrder> prepare(const JobRecord& record, JobFiles& files,
                              const std::filesystem::path& output) const;

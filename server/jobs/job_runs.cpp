@@ -11,6 +11,7 @@
 #include <chrono>
 #include <utility>
 
+#include "protocol/scene/job_request.h"
 #include "protocol/scene/utf8.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/run_orders.h"
@@ -234,7 +235,7 @@ void JobQueue::schedule() {
         if (placesTaken(film) >= places) continue;
         for (auto* record : table_->queued(film)) {
             if (held_ || placesTaken(film) >= places) break;
-            if (lifeOf(*record).stage != Stage::waits) continue;
+            if (lifeOf(*record).stage != Stage::waits || waitsItsTurn(*record)) continue;
             if (const auto* missing = rootWatch_.missing(record->status.request())) {
                 happens(*record, JobEvent::denied, missing->toString());
             } else {
@@ -248,6 +249,15 @@ std::size_t JobQueue::placesTaken(bool film) {
     return static_cast<std::size_t>(std::ranges::count_if(live_, [&](const auto& entry) {
         return takesPlace(entry.second.stage) && isFilm(*table_->find(entry.first)) == film;
     }));
+}
+
+/// Steps of a live dataset become its in the order of their submission.
+bool JobQueue::waitsItsTurn(const JobRecord& record) {
+    const auto& request = record.status.request();
+    return appendsSteps(request) && std::ranges::any_of(live_, [&](const auto& entry) {
+               const auto& other = table_->find(entry.first)->status.request();
+               return entry.first < record.number && other.output() == request.output();
+           });
 }
 
 void JobQueue::begin(JobRecord& record) {
@@ -281,6 +291,7 @@ Result<RunOrder> JobQueue::prepare(const JobRecord& record, JobFiles& files,
     } else {
         MOTE_RETURN_IF_ERROR(files.prepare(record.status.request(), output));
         order = prepOrder(settings_, roots_, directory, ranksOf(settings_, record.status.request()));
+        order.grows = appendsSteps(record.status.request());
         if (!order.scratch.empty()) MOTE_RETURN_IF_ERROR(files.makeScratch(order.scratch));
     }
     order.timeLimit = record.status.time_limit_s();
@@ -403,7 +414,10 @@ JobQueue::Verdict JobQueue::verdictOfDataset(const JobRecord& record, const Mayb
     const bool there = output.ok() && output->exists;
     const bool clean = outcome && !outcome->signalled && !outcome->timedOut;
     if (output.ok()) disk_.removeDraft(output->path, record.status.id());
-    if (there && !(clean && outcome->number != 0)) return {JobEvent::made};
+    const bool well = clean && outcome->number == 0;
+    // What steps are put in may have been there before them.
+    const bool made = appendsSteps(record.status.request()) ? well : !clean || well;
+    if (there && made) return {JobEvent::made};
     if (record.cancelRequested) return {JobEvent::broken, "it was cancelled"};
     if (!outcome || isTaken(*outcome, end)) return lostTo(end);
     if (clean && outcome->number == EX_TEMPFAIL) return {JobEvent::roomless, sentenceOf(*outcome, record)};

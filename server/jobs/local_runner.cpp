@@ -182,7 +182,7 @@ std::vector<std::string> supervisorArguments(const RunOrder& order, const std::s
     if (!order.writable.empty()) words.insert(words.end(), {"--write", order.writable.string()});
     for (const auto& folder : order.readable) words.insert(words.end(), {"--read", folder.string()});
     if (order.unixSockets) words.insert(words.end(), {"--sockets", "unix"});
-    if (order.publishes) words.insert(words.end(), {"--publish", "output"});
+    if (order.publishes) words.insert(words.end(), {"--publish", order.grows ? "steps" : "output"});
     if (order.unconfined) words.insert(words.end(), {"--unconfined", "allowed"});
     if (!order.scratch.empty()) words.insert(words.end(), {"--write", order.scratch.string()});
     if (order.launcher) words.insert(words.end(), {"--launcher", "mpi"});

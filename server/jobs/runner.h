@@ -36,14 +36,15 @@ struct RunOrder {
     std::vector<std::filesystem::path> readable;  ///< folders that it may read
     std::filesystem::path writable;               ///< the folder that it may write; empty where it publishes
     bool publishes = false;                       ///< `directory` says where its output is to lie (JobFiles)
-    bool unconfined = false;                      ///< it runs even where no rights can be taken from it
-    std::filesystem::path scratch;                ///< of its launcher, which it may write; empty: none
-    std::uint64_t memory = 0;                     ///< bytes; 0: no limit
-    int niceness = 0;                             ///< steps below the server's priority
-    bool unixSockets = false;                     ///< it may open these; no others, but a launcher
-    bool launcher = false;                        ///< mpirun: it starts processes, which talk to each other
-    std::uint32_t timeLimit = 0;                  ///< s, of the run; 0: none
-    unsigned cores = 1;                           ///< that it keeps busy, for a runner that deals them out
+    bool grows = false;             ///< where a live dataset may lie that gets it as further steps
+    bool unconfined = false;        ///< it runs even where no rights can be taken from it
+    std::filesystem::path scratch;  ///< of its launcher, which it may write; empty: none
+    std::uint64_t memory = 0;       ///< bytes; 0: no limit
+    int niceness = 0;               ///< steps below the server's priority
+    bool unixSockets = false;       ///< it may open these; no others, but a launcher
+    bool launcher = false;          ///< mpirun: it starts processes, which talk to each other
+    std::uint32_t timeLimit = 0;    ///< s, of the run; 0: none
+    unsigned cores = 1;             ///< that it keeps busy, for a runner that deals them out
 };
 
 /// What is known of a run that has ended, besides the files that it left.

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .image import Image
     from .jobs import Job
     from .live import Live
+    from .live_run import LiveRun
     from .script import Script
     from .selection import Selection, column, density, ids, lasso, outermost, polygon
     from .session import Session, connect, spawn
@@ -32,13 +33,13 @@ __version__ = "0.1.0"
 
 # What is imported when it is first used: a picture needs little of all this.
 _PLACES = {
-    "Dataset": "dataset", "Figure": "figure", "Image": "image", "Job": "jobs", "Layer": "view", "Live": "live", "Script": "script",
-    "Selection": "selection", "Session": "session", "View": "view", "column": "selection", "connect": "session",
+    "Dataset": "dataset", "Figure": "figure", "Image": "image", "Job": "jobs", "Layer": "view", "Live": "live",
+    "LiveRun": "live_run", "Script": "script", "Selection": "selection", "Session": "session", "View": "view", "column": "selection", "connect": "session",
     "density": "selection", "ids": "selection", "lasso": "selection", "outermost": "selection", "polygon": "selection",
     "spawn": "session"}
 
-__all__ = ["CoarseNumbers", "Dataset", "Error", "Figure", "Image", "Job", "Layer", "Live", "Script", "Selection", "Session", "View",
-           "column", "connect", "density", "ids", "lasso", "outermost", "polygon", "spawn"]
+__all__ = ["CoarseNumbers", "Dataset", "Error", "Figure", "Image", "Job", "Layer", "Live", "LiveRun", "Script", "Selection",
+           "Session", "View", "column", "connect", "density", "ids", "lasso", "outermost", "polygon", "spawn"]
 
 
 def __getattr__(name: str) -> Any:

@@ -27,7 +27,7 @@ _FURTHER = re.compile(r"(mean|sigma|min|max)_.|cov_.+__.")
 
 
 class Dataset:
-    """A dataset of a session, as it was when it was asked for: session["ROOT/NAME"].
+    """A dataset of a session, as it was when it was asked for, a live one as it is now: session["ROOT/NAME"].
 
     Attributes:
         session: where it is from.
@@ -41,11 +41,23 @@ class Dataset:
     def __init__(self, session: Session, description: Message) -> None:
         self.session = session
         self.name = str(description.dataset)
-        self._manifest = description.manifest
-        self.kind = str(self._manifest.kind)
-        self.title = str(self._manifest.title)
+        self._known = description.manifest
+        self.kind = str(self._known.kind)
+        self.title = str(self._known.title)
 
     # ------------------------------------------------------------------------------------ what it is
+
+    @property
+    def _manifest(self) -> Message:
+        """Of a live dataset what the server knows now: its steps become more."""
+        if self._known.particles.live:
+            self._known = self.session.describe(self.name).manifest
+        return self._known
+
+    @property
+    def live(self) -> bool:
+        """Whether more steps may come."""
+        return bool(self._manifest.particles.live)
 
     @property
     def _particles(self) -> Message:

@@ -20,6 +20,7 @@ from .server import PrivateServer
 if TYPE_CHECKING:
     from .dataset import Dataset
     from .jobs import Job
+    from .live_run import LiveRun
     from .view import View
 
 _CLIENT = "mote for Python"
@@ -61,9 +62,13 @@ class Session:
         """A dataset by its name. Raises Error (not_found)."""
         from .dataset import Dataset
 
+        return Dataset(self, self.describe(name))
+
+    def describe(self, name: str) -> Message:
+        """What the server tells of a dataset now, a Description. Raises Error (not_found)."""
         message = new("ClientMessage")
         message.describe.dataset = name
-        return Dataset(self, self.connection.ask(message, "description").message.description)
+        return self.connection.ask(message, "description").message.description
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.datasets)
@@ -166,6 +171,25 @@ class Session:
         if "columns" not in options and kept_columns(arrays):
             options["columns"] = kept_columns(arrays)
         return self.submit(request_of("particles", names, output, axes, title, options))
+
+    def live(self, output: str, axes: Sequence[str], *, mass: Optional[float] = None, title: str = "",
+             **options: Any) -> LiveRun:
+        """A dataset that gets its steps one by one while a simulation runs, and that anybody can look at meanwhile:
+        run = s.live("data/live.mote", axes=["x", "px", "y"]); run.step({"x": x, "px": px, "y": y}); run.close().
+
+        Where the dataset is there and live, as after the script ended early, it goes on with it.
+
+        Args:
+            output: "ROOT/NAME.mote".
+            axes: three of them, as of ``prepare_arrays``.
+            mass: of one particle, eV/c^2.
+            title: of the dataset.
+            options: as of ``prepare``: bounds, bounds_of="step", volume_level, columns. Without bounds, those of the
+                first step are those of all.
+        """
+        from .live_run import LiveRun
+
+        return LiveRun(self, output, axes, mass, title, options, self._uploads)
 
     def film(self, script: Any, *, video: str = "mp4", title: str = "", **options: Any) -> Job:
         """Has the server make a film (docs/SCRIPTS.md); ``job.wait().save("film.mp4")`` fetches it.

@@ -152,7 +152,7 @@ Status prepareStaging(Order& order, std::optional<Staging>& staging) {
     if (output.empty()) return Error{ErrorCode::internal, "", "nobody says where the output is to lie"};
     // Two attempts of a job never meet, nor two jobs: its id is the folder's name.
     const auto id = std::filesystem::path(order.directory).filename().string();
-    MOTE_ASSIGN_OR_RETURN(auto made, Staging::create(output + ".partial-" + id, output));
+    MOTE_ASSIGN_OR_RETURN(auto made, Staging::create(output + ".partial-" + id, output, order.grows));
     order.rights.writable.insert(order.rights.writable.begin(), made.folder());
     staging.emplace(std::move(made));
     return success();

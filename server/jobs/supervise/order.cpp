@@ -21,7 +21,8 @@ Options:
   --gate none                 Begin at once
   --read DIR ...              What the program may read besides the system
   --write DIR ...             What it may write
-  --publish output            It makes what the file of this name in its folder says, in a folder beside that
+  --publish output|steps      It makes what the file "output" in its folder says, in a folder beside that; with
+                              "steps" these may be further ones of the live dataset there
   --unconfined allowed        It runs even where the kernel cannot take rights away
 )";
 
@@ -36,8 +37,9 @@ std::optional<Order> parseOrder(int argc, char** argv) {
             order.rights.readable.emplace_back(value);
         } else if (option == "--write") {
             order.rights.writable.emplace_back(value);
-        } else if (option == "--publish" && value == "output") {
+        } else if (option == "--publish" && (value == "output" || value == "steps")) {
             order.publishes = true;
+            order.grows = value == "steps";
         } else if (option == "--unconfined" && value == "allowed") {
             order.unconfined = true;
         } else if (option == "--memory") {

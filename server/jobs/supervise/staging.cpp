@@ -12,6 +12,7 @@
 
 #include "protocol/scene/system_error.h"
 #include "storage/files/real_path.h"
+#include "storage/grow_dataset.h"
 
 namespace mote::server {
 namespace {
@@ -59,13 +60,13 @@ int renameNew(int from, const char* name, int to) {
 
 }  // namespace
 
-Result<Staging> Staging::create(const fs::path& folder, const fs::path& output) {
+Result<Staging> Staging::create(const fs::path& folder, const fs::path& output, bool grows) {
     MOTE_ASSIGN_OR_RETURN(auto parent, storage::openReal(output.parent_path(), O_RDONLY | O_DIRECTORY));
     std::error_code ignored;
     fs::remove_all(folder, ignored);
     if (::mkdirat(parent.get(), folder.filename().c_str(), 0700) != 0)
         return systemError(errno, output.string(), "cannot be made");
-    return Staging(std::move(parent), folder, output);
+    return Staging(std::move(parent), folder, output, grows);
 }
 
 Staging::~Staging() {
@@ -84,6 +85,11 @@ Status Staging::publish() {
     if (!fs::exists(fs::symlink_status(folder_ / name, code)))
         return Error{ErrorCode::notFound, "", "its output is not there, although the program ended well"};
     MOTE_RETURN_IF_ERROR(checkTree(folder_ / name));
+    if (grows_ && fs::exists(fs::symlink_status(output_, code))) {
+        MOTE_ASSIGN_OR_RETURN(const auto lock, storage::GrowthLock::take(output_));
+        return storage::growDataset(folder_ / name, lock);
+    }
+    if (grows_) MOTE_RETURN_IF_ERROR(storage::checkBegins(folder_ / name));
     const storage::FileDescriptor folder(
         ::openat(parent_.get(), folder_.filename().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
     if (!folder.valid()) return systemError(errno, folder_.string(), "cannot be opened");

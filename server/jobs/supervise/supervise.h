@@ -54,6 +54,7 @@ struct Order {
     std::uint32_t timeLimit = 0;  ///< s; 0: none
     bool gate = true;             ///< wait for the byte
     bool publishes = false;       ///< what it makes is given its place afterwards
+    bool grows = false;           ///< which may be further steps of the live dataset there
     bool unconfined = false;      ///< it runs even with rights that cannot be taken away
     std::vector<char*> program;   ///< and its arguments, a null pointer last
 };
@@ -70,8 +71,10 @@ extern const char* const orderHelp;
 class Staging {
   public:
     /// `folder` and `output` are real paths of one parent; what an earlier attempt left there goes. Errors:
-    /// permissionDenied, notFound, resourceExhausted, internal.
-    static Result<Staging> create(const std::filesystem::path& folder, const std::filesystem::path& output);
+    /// permissionDenied, notFound, resourceExhausted, internal. `grows`: what is made may be further steps of
+    /// a live dataset.
+    static Result<Staging> create(const std::filesystem::path& folder, const std::filesystem::path& output,
+                                  bool grows = false);
 
     Staging(Staging&&) noexcept = default;
     Staging& operator=(Staging&&) = delete;
@@ -80,18 +83,21 @@ class Staging {
 
     const std::filesystem::path& folder() const { return folder_; }
 
-    /// Gives folder/NAME, which the job has put on the disk, its place, which must be free. Errors: notFound
-    /// (the job made nothing), corrupt (it made other things than files and folders of its own),
-    /// alreadyExists, resourceExhausted, internal.
+    /// Gives folder/NAME, which the job has put on the disk, its place, which must be free, or puts the steps
+    /// in it into the dataset there. Errors: notFound (the job made nothing), corrupt (it made other things
+    /// than files and folders of its own), alreadyExists, resourceExhausted, internal; as
+    /// storage::growDataset.
     Status publish();
 
   private:
-    Staging(storage::FileDescriptor parent, std::filesystem::path folder, std::filesystem::path output)
-        : parent_(std::move(parent)), folder_(std::move(folder)), output_(std::move(output)) {}
+    Staging(storage::FileDescriptor parent, std::filesystem::path folder, std::filesystem::path output,
+            bool grows)
+        : parent_(std::move(parent)), folder_(std::move(folder)), output_(std::move(output)), grows_(grows) {}
 
     storage::FileDescriptor parent_;  ///< of both, whatever its name is by now; none: moved from
     std::filesystem::path folder_;
     std::filesystem::path output_;
+    bool grows_;
 };
 
 /// ChildEnd: how a supervised program came to its end. The child leads a process group of its own; SIGTERM

@@ -67,6 +67,40 @@ TEST_F(JobAgainTest, AnotherOutputOfThatNameIsNotTakenForItsOwn) {
     EXPECT_EQ(other.error().code, ErrorCode::alreadyExists);
 }
 
+TEST_F(JobAgainTest, StepsOfALiveDatasetWaitForThoseBeforeThem) {
+    auto several = settings();
+    several.running = 4;
+    startServer(several);
+    makeFifo("go");
+    const auto step = [](const std::string& script, const std::string& output) {
+        proto::JobRequest request;
+        request.set_title(script);
+        request.set_output(output);
+        auto& job = *request.mutable_particles();
+        for (const char* axis : {"x", "px", "y"}) job.add_axes(axis);
+        job.set_append(true);
+        job.set_closes(true);
+        return request;
+    };
+    const auto first = idOf(queue_->submit(step("phase:on wait:go exit:1", "data/live.mote")));
+    const auto second = idOf(queue_->submit(step("phase:on wait:go exit:1", "data/live.mote")));
+    EXPECT_NE(first, second) << "the same request is another step";
+    const auto other = idOf(queue_->submit(step("phase:on exit:1", "data/other.mote")));
+    waitForPhase(first, "on");
+    waitForState(other, State::FAILED);
+    EXPECT_EQ(queue_->find(second)->state(), State::QUEUED) << "though there are places";
+    release("go");
+    waitForState(first, State::FAILED);
+    waitForPhase(second, "on");
+    auto plain = step("publish:", "data/live.mote");
+    plain.mutable_particles()->set_append(false);
+    plain.mutable_particles()->set_closes(false);
+    plain.mutable_particles()->add_inputs("data");
+    EXPECT_EQ(queue_->submit(plain).error().code, ErrorCode::alreadyExists);
+    release("go");
+    waitForState(second, State::FAILED);
+}
+
 TEST_F(JobAgainTest, AnInputThatWasChangedMakesAnotherRequest) {
     startServer();
     writeInput("one");
