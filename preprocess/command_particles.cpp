@@ -71,7 +71,9 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
     field("format", "How the files are read; their content tells unless given")
         .oneOf(particleFormats())
         .valueName("NAME");
-    field("species", "openPMD species; needed where there are several").valueName("NAME");
+    field("species",
+          "openPMD species, needed where there are several; with commas between, they become one plot")
+        .valueName("NAME[,NAME...]");
     field("map",
           "What the columns of a table are: a quantity (x y z t px py pz weight id lost xp yp p delta "
           "gamma p0c mass ...), '=', a column by name or number, its unit in brackets")

@@ -32,9 +32,9 @@ KeptColumn columnOf(const PlotAxis& axis, const ParticleSource& source) {
 
 Result<KeptColumns> allColumns(const ParticleSource& source) {
     KeptColumns kept;
+    const auto records = source.records();
     for (const auto column : columnsOf(source)) {
-        // Those of a dataset were asked for once.
-        if (isRecord(column) && source.format() != "mote") continue;
+        if (isRecord(column) && !records[static_cast<std::size_t>(column) - columnCount].kept) continue;
         MOTE_ASSIGN_OR_RETURN(const auto axis, PlotAxis::make(columnName(column, source), source));
         kept.columns.push_back(columnOf(axis, source));
     }

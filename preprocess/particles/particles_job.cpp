@@ -46,7 +46,8 @@ class DatasetSource final : public ParticleSource {
         }
         for (const auto& column : particles().columns()) {
             const bool own = column.name() != "lost" && findKnownQuantity(column.name()) == nullptr;
-            if (own && records_.size() < mostRecords) records_.push_back({column.name(), column.unit()});
+            if (own && records_.size() < mostRecords)
+                records_.push_back({column.name(), column.unit(), true});  // asked for once
         }
     }
 

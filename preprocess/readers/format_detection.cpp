@@ -7,6 +7,7 @@
 
 #include "preprocess/readers/adios2/bp_tree.h"
 #include "preprocess/readers/hdf5/h5_file.h"
+#include "preprocess/readers/joined_source.h"
 #include "preprocess/readers/known_files.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/series_source.h"
@@ -193,6 +194,21 @@ Status addSpecies(const std::filesystem::path& path, Progress& progress, std::ve
     return success();
 }
 
+/// Each species by itself, then all as one.
+Result<std::unique_ptr<ParticleSource>> openSpecies(const std::vector<std::string>& names,
+                                                    const ParticleFiles& files,
+                                                    const proto::ParticlesJob& job, Progress& progress) {
+    std::vector<SpeciesPart> parts;
+    for (const std::string& name : names) {
+        proto::ParticlesJob one = job;
+        one.set_species(name);
+        SpeciesPart part{name, std::make_unique<SpeciesNotes>(name, progress), nullptr};
+        MOTE_ASSIGN_OR_RETURN(part.source, files.reader->open({files.paths, one, massOf(job)}, *part.notes));
+        parts.push_back(std::move(part));
+    }
+    return joinSpecies(std::move(parts), progress);
+}
+
 }  // namespace
 
 Result<ParticleFiles> detectFormat(const proto::ParticlesJob& job, const std::vector<InputFile>& files,
@@ -223,6 +239,8 @@ Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::Particle
     if (!map.empty() && found.reader->name != "csv") {
         return invalid("map", "only tables of text have columns to be named");
     }
+    MOTE_ASSIGN_OR_RETURN(const auto names, namesOfSpecies(job.species()));
+    if (names.size() > 1) return openSpecies(names, found, job, progress);
     return found.reader->open({std::move(found.paths), job, massOf(job)}, progress);
 }
 

@@ -35,6 +35,7 @@ inline constexpr std::size_t columnCount = 9;
 /// What else a run has of each particle, in every step: by the source's own name, in its unit.
 struct SourceRecord {
     std::string name, unit;
+    bool kept = false;  ///< beside the points of a plot, unless its columns are named
 };
 inline constexpr std::size_t mostRecords = 64;
 constexpr bool isRecord(Column column) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "protocol/quantity/any_vectors.h"
 #include "protocol/quantity/expression_kernel.h"
@@ -66,6 +67,18 @@ MOTE_ANY_VECTORS void makeKinetic(double m, Out out) {
 MOTE_ANY_VECTORS void makeGamma(double mass, Out out) {
     forEachRow(out, [&](std::size_t i) { return totalEnergy(out[i] / mass, 1.0); });
 }
+/// The same by each particle's own mass; of those without mass the kinetic energy is the momentum, and there
+/// is no gamma.
+MOTE_ANY_VECTORS void makeKinetics(const double* m, Out out) {
+    forEachRow(out, [&](std::size_t i) {
+        return m[i] > 0.0 ? out[i] * (out[i] / (totalEnergy(out[i], m[i]) + m[i])) : out[i];
+    });
+}
+MOTE_ANY_VECTORS void makeGammas(const double* m, Out out) {
+    forEachRow(out, [&](std::size_t i) {
+        return m[i] > 0.0 ? totalEnergy(out[i] / m[i], 1.0) : std::numeric_limits<double>::quiet_NaN();
+    });
+}
 MOTE_ANY_VECTORS void makeDelta(double mean, Out out) {
     forEachRow(out, [&](std::size_t i) { return (out[i] - mean) / mean; });
 }
@@ -82,6 +95,7 @@ void fromMean(Columns c, const BeamContext& context, Out out) {
 
 constexpr std::size_t placeOfX = 0, placeOfY = 1, placeOfZ = 2, placeOfT = 3, placeOfPx = 4, placeOfPy = 5,
                       placeOfPz = 6;
+constexpr std::size_t placeOfMass = 3;  // behind the momenta
 
 std::vector<KnownQuantity> makeTable() {
     using enum KnownQuantity::Need;
@@ -124,12 +138,14 @@ std::vector<KnownQuantity> makeTable() {
         {"gamma", "\u03b3", "1", momenta,
          [](Columns c, const BeamContext& context, Out out) {
              lengthsOf(c, out);
+             if (c.size() > placeOfMass) return makeGammas(c[placeOfMass].data(), out);
              makeGamma(context.mass, out);
          },
          mass},
         {"energy", "E_kin", "eV", momenta,
          [](Columns c, const BeamContext& context, Out out) {
              lengthsOf(c, out);
+             if (c.size() > placeOfMass) return makeKinetics(c[placeOfMass].data(), out);
              if (!context.photons) makeKinetic(context.mass, out);
          },
          massOrPhotons},

@@ -29,8 +29,8 @@ struct KnownQuantity {
     using Formula = void (*)(Columns columns, const BeamContext& context, std::span<double> out);
     enum class Need : std::uint8_t {
         nothing,
-        mass,  ///< above 0
-        massOrPhotons,
+        mass,           ///< above 0; or, where particles differ in it, that of each behind the columns
+        massOrPhotons,  ///< likewise
         meanMomentum,
         means,  ///< of the coordinates
     };

@@ -42,6 +42,12 @@ bool massKnown(const KnownQuantity& known, const RunColumns& run) {
     return (known.need != mass && known.need != massOrPhotons) || run.mass > 0.0;
 }
 
+/// Where particles differ in their mass.
+std::optional<std::size_t> columnOfMasses(const RunColumns& run) {
+    const auto column = columnNamed("mass", run);
+    return column && run.columns[*column].unit == "eV/c^2" ? column : std::nullopt;
+}
+
 constexpr std::size_t longestColumn = 64;  // bytes of a plain name
 
 }  // namespace
@@ -107,9 +113,13 @@ Result<Quantity::Part> Quantity::makePart(std::string_view name, const RunColumn
     if (!lacks.empty())
         return missing(fmt::format("needs {}, which the {} does not have", lacks, run.what), run);
     if (!massKnown(*known, run)) {
-        return missing(
-            fmt::format("needs the particles' mass, which the {} does not give{}", run.what, run.massHint),
-            run);
+        const auto masses = columnOfMasses(run);
+        if (!masses) {
+            return missing(fmt::format("needs the particles' mass, which the {} does not give{}", run.what,
+                                       run.massHint),
+                           run);
+        }
+        part.columns.push_back(need(*masses));
     }
     part.known = known;
     part.unit = std::string(known->unit);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "preprocess/readers/hdf5/h5_attribute.h"
 #include "preprocess/readers/openpmd/layout.h"
@@ -52,7 +53,9 @@ class OpenpmdSource : public SeriesSource {
 
     std::string wantedSpecies_;
     double wantedMass_;
-    std::optional<Error> absent_;  ///< of the first iteration without the species
+    std::string absentAt_;          ///< the first iteration without the species, where others are
+    std::set<std::string> others_;  ///< those that were met there and in later ones
+    std::string othersText_;        ///< the same, in their order
     std::vector<OpenpmdPlace> places_;
     bool found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
@@ -121,15 +124,15 @@ Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
     for (const OpenpmdSpeciesPath& species : all) {
         if (!wantedSpecies_.empty() && species.name == wantedSpecies_) return {species.path};
         names += (names.empty() ? "" : ", ") + species.name;
+        if (others_.insert(species.name).second)
+            othersText_ += (othersText_.empty() ? "" : ", ") + species.name;
     }
     const std::string where = file.name() + ":" + iteration.path;
     if (wantedSpecies_.empty()) {
         return invalid(where, "holds several species; choose one with --species: " + names);
     }
     // It may begin in a later iteration.
-    if (!absent_) {
-        absent_ = notFound(where, "holds no species '" + wantedSpecies_ + "' but " + names);
-    }
+    if (absentAt_.empty()) absentAt_ = where;
     return std::optional<std::string>();
 }
 
@@ -178,7 +181,8 @@ void OpenpmdSource::addWeightUnit(const std::string& unit) {
 
 Status OpenpmdSource::finish() {
     if (!anySpecies_) {
-        if (absent_) return *absent_;
+        if (!absentAt_.empty())
+            return notFound(absentAt_, "holds no species '" + wantedSpecies_ + "' but " + othersText_);
         return notFound(steps_.empty() ? "" : steps_.front().file,
                         "no iteration holds particles (a group with the record 'position' or 'momentum')");
     }
