@@ -378,6 +378,8 @@ class StatisticsTeller {
         if (step.names != names_)
             return Error{ErrorCode::corrupt, "", "the server's statistics differ from step to step"};
         if (!options_.columns.empty()) step = someOf(step, places_);
+        if (!options_.slices.column.empty() && step.slices.empty())
+            return Error{ErrorCode::corrupt, "", "the server's statistics are without slices"};
         if (form() == NumbersForm::json) return say(jsonLine(step));
         steps_.push_back(std::move(step));
         return success();
@@ -386,10 +388,11 @@ class StatisticsTeller {
     Status finish() const {
         notes_.finish();
         if (form() == NumbersForm::json) return success();
-        if (form() == NumbersForm::table) return say(toTerminalLines(tableText(steps_, units_)));
-        if (form() == NumbersForm::npy) return writeNpy(options_.file, steps_, units_);
+        const auto& along = options_.slices.column;
+        if (form() == NumbersForm::table) return say(toTerminalLines(tableText(steps_, units_, along)));
+        if (form() == NumbersForm::npy) return writeNpy(options_.file, steps_, units_, along);
         MOTE_ASSIGN_OR_RETURN(const auto file, PartFile::create(options_.file));
-        MOTE_RETURN_IF_ERROR(append(*file, csvText(steps_, units_)));
+        MOTE_RETURN_IF_ERROR(append(*file, csvText(steps_, units_, along)));
         return file->publish();
     }
 
@@ -423,7 +426,8 @@ Status tellStatistics(const StatsOptions& options, AskedRun& run) {
             return Error{made.error().code, "--columns",
                          fmt::format("\"{}\" {}", column, made.error().message)};
     }
-    if (!run.selection() && kept && further.empty()) {
+    const auto& slices = options.slices;
+    if (!run.selection() && kept && further.empty() && slices.column.empty()) {
         auto steps = statisticsOf(run.manifest(), run.steps());
         if (!steps.ok()) return Error{steps.error().code, run.dataset(), steps.error().message};
         for (auto& step : *steps) MOTE_RETURN_IF_ERROR(teller.take(std::move(step)));
@@ -431,7 +435,10 @@ Status tellStatistics(const StatsOptions& options, AskedRun& run) {
     }
     auto query = run.query();
     auto& asked = *query.mutable_statistics();
-    if (!further.empty()) {
+    asked.set_slices(slices.column);
+    asked.set_slices_of(slices.of);
+    if (slices.count) asked.set_slice_count(*slices.count);
+    if (!further.empty() || (!slices.column.empty() && !options.columns.empty())) {
         for (const auto place : namesOfColumns(names, options.columns)) asked.add_names(names[place]);
         for (const auto& name : further) asked.add_names(name);
     }

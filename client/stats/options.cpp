@@ -35,6 +35,7 @@ Examples:
   mote-stats data/beam --connect ~/.mote/connection.json --steps 59 --columns x,px
   mote-stats data/beam --connect c.json --select halo.json --json | jq .norm_emit_x
   mote-stats data/beam --connect c.json --csv run.csv
+  mote-stats data/beam --connect c.json --steps 3 --slices z:50:charge --csv slices.csv
   mote-stats data/beam --connect c.json --steps 3 --histogram x,px --bins 512,512 --range x=-4e-3:4e-3 --npy h.npy
   mote-stats data/beam --connect c.json --steps 59 --select halo.json --export halo.h5
 
@@ -45,7 +46,7 @@ constexpr std::uint32_t mostBins = 4096;  // of an axis
 /// What the command line says before it is checked.
 struct RawOptions {
     StatsOptions options;
-    std::string connect, select, columns, histogram, bins, csv, npy, exported, boundsOf;
+    std::string connect, select, columns, slices, histogram, bins, csv, npy, exported, boundsOf;
     std::vector<std::string> ranges;
     bool unweighted = false, json = false;
 };
@@ -64,6 +65,9 @@ void declare(const cli::Command& app, RawOptions& raw) {
         .valueName("SELECTION.json");
     app.option("--columns", raw.columns, "Statistics of these columns alone; of --export: these columns")
         .valueName("x,px,...");
+    app.option("--slices", raw.slices,
+               "Statistics of slices along a column, and of how many: of even length, or of the same charge")
+        .valueName("z:50[:even|charge]");
     const auto histogram = app.group("histogram", "A histogram instead of statistics");
     histogram.option("--histogram", raw.histogram, "Of one column or two, or of what is derived from them")
         .valueName("x[,px]");
@@ -189,6 +193,28 @@ Status checkHistogram(RawOptions& raw) {
     return success();
 }
 
+/// "z", "z:50" or "z:50:charge".
+Status checkSlices(RawOptions& raw) {
+    if (raw.slices.empty()) return success();
+    auto& slices = raw.options.slices;
+    auto parts = split(raw.slices, ':');
+    if (parts.size() > 1 && (parts.back() == "even" || parts.back() == "charge")) {
+        slices.of = parts.back();
+        parts.pop_back();
+    }
+    slices.column = parts.front();
+    const auto column = checkColumnName(slices.column, "--slices");
+    if (!column.ok()) return column.error();
+    if (parts.size() == 1) return success();
+    std::uint32_t count = 0;
+    const auto& text = parts[1];
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), count);
+    if (parts.size() > 2 || code != std::errc() || end != text.data() + text.size() || count < 1)
+        return invalid("--slices", fmt::format("\"{}\" is not COLUMN:COUNT:even or :charge", raw.slices));
+    slices.count = count;
+    return success();
+}
+
 Status checkForm(RawOptions& raw) {
     auto& options = raw.options;
     const int forms = (raw.json ? 1 : 0) + (raw.csv.empty() ? 0 : 1) + (raw.npy.empty() ? 0 : 1);
@@ -226,6 +252,9 @@ Status check(RawOptions& raw) {
         MOTE_ASSIGN_OR_RETURN(raw.options.columns, namesIn(raw.columns, "--columns"));
     }
     MOTE_RETURN_IF_ERROR(checkHistogram(raw));
+    MOTE_RETURN_IF_ERROR(checkSlices(raw));
+    if (raw.options.histogram && !raw.slices.empty())
+        return invalid("--slices", "are of statistics, not of a histogram");
     MOTE_RETURN_IF_ERROR(checkForm(raw));
     if (raw.options.columns.empty() || !raw.options.histogram || !raw.options.exported.empty())
         return success();

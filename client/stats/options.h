@@ -29,6 +29,12 @@ struct StatsOptions {
     std::filesystem::path select;                  ///< a file with a Selection; empty: all particles
     std::vector<std::string> columns;              ///< none: all
     std::optional<proto::HistogramQuery> histogram;
+    /// A column, how many slices along it, and of what they are equal; no column: there are none.
+    struct Slices {
+        std::string column;
+        std::optional<std::uint32_t> count = {};
+        std::string of = {};  ///< as StatisticsQuery::slices_of
+    } slices;
     /// Over what a histogram's bins reach if nothing is said.
     enum class BoundsOf { run, step, selection } boundsOf = BoundsOf::run;
     std::optional<NumbersForm> form;  ///< nothing: a table, or where there is an export no numbers

@@ -26,6 +26,16 @@ std::string jsonNotes(const std::vector<std::string>& notes) {
     return list.empty() ? list : ", \"notes\": [" + list + "]";
 }
 
+template <class Numbers>
+std::string jsonArray(const Numbers& numbers) {
+    std::string text = "[";
+    for (const double number : numbers) {
+        if (text.size() > 1) text += ", ";
+        text += exactNumber(number, "null");
+    }
+    return text + "]";
+}
+
 /// What lines of several steps show, as many as there are of the first ones.
 constexpr std::array<std::string_view, 22> usual{
     "n_particle",  "charge",   "mean_energy", "sigma_x",  "sigma_y", "sigma_z", "norm_emit_x", "norm_emit_y",
@@ -99,12 +109,10 @@ TableColumn tableColumn(const std::string& name, const std::string& unit, const 
     return column;
 }
 
-std::vector<TableColumn> tableColumns(const StatisticsOfSteps& steps, const ColumnUnits& units) {
+/// The usual ones behind what tells the rows apart.
+std::vector<TableColumn> tableColumns(const StatisticsOfSteps& steps, const ColumnUnits& units,
+                                      std::vector<TableColumn> columns) {
     const auto& names = steps.front().names;
-    std::vector<TableColumn> columns{
-        tableColumn("step", "", steps,
-                    [](const StepStatistics& row) { return static_cast<double>(row.step); }),
-        tableColumn("time", "s", steps, [](const StepStatistics& row) { return row.time; })};
     for (const auto name : usual) {
         const auto found = std::ranges::find(names, name);
         if (found == names.end() || columns.size() == mostShown) continue;
@@ -117,8 +125,8 @@ std::vector<TableColumn> tableColumns(const StatisticsOfSteps& steps, const Colu
     return columns;
 }
 
-std::string manySteps(const StatisticsOfSteps& steps, const ColumnUnits& units) {
-    const auto columns = tableColumns(steps, units);
+/// A line for each row.
+std::string tableOf(const StatisticsOfSteps& steps, const std::vector<TableColumn>& columns) {
     const auto line = [&](auto textOf) {
         std::string text;
         for (const auto& column : columns)
@@ -130,6 +138,34 @@ std::string manySteps(const StatisticsOfSteps& steps, const ColumnUnits& units) 
     for (std::size_t i = 0; i < steps.size(); ++i)
         text += line([i](const auto& column) { return column.numbers[i]; });
     return text;
+}
+
+std::string manySteps(const StatisticsOfSteps& steps, const ColumnUnits& units) {
+    return tableOf(
+        steps,
+        tableColumns(steps, units,
+                     {tableColumn("step", "", steps,
+                                  [](const StepStatistics& row) { return static_cast<double>(row.step); }),
+                      tableColumn("time", "s", steps, [](const StepStatistics& row) { return row.time; })}));
+}
+
+/// A line for each slice of a step.
+std::string slicesOf(const StepStatistics& step, const ColumnUnits& units, const std::string& along) {
+    StatisticsOfSteps rows;
+    for (std::size_t i = 0; i < step.slices.size(); ++i) {
+        auto& row = rows.emplace_back();
+        row.step = static_cast<std::uint32_t>(i);
+        row.names = step.names;
+        row.values = step.slices[i];
+    }
+    const auto unit = unitOfColumn(along, units);
+    const auto edge = [&](std::size_t off) {
+        return [&step, off](const StepStatistics& row) { return step.sliceEdges[row.step + off]; };
+    };
+    return headOf(step) + "\n" +
+           tableOf(rows, tableColumns(rows, units,
+                                      {tableColumn(along + "_from", unit, rows, edge(0)),
+                                       tableColumn(along + "_to", unit, rows, edge(1))}));
 }
 
 }  // namespace
@@ -164,8 +200,39 @@ StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>&
         some.names.push_back(all.names[place]);
         some.values.push_back(all.values[place]);
     }
+    some.sliceEdges = all.sliceEdges;
+    for (const auto& slice : all.slices) {
+        auto& kept = some.slices.emplace_back();
+        for (const auto place : places) kept.push_back(slice[place]);
+    }
     return some;
 }
+
+namespace {
+
+std::string jsonSlices(const StepStatistics& statistics) {
+    std::string slices;
+    for (std::size_t i = 0; i < statistics.names.size(); ++i) {
+        std::vector<double> values;
+        for (const auto& slice : statistics.slices) values.push_back(slice[i]);
+        slices +=
+            fmt::format("{}{}: {}", i == 0 ? "" : ", ", jsonString(statistics.names[i]), jsonArray(values));
+    }
+    return fmt::format(", \"slice_edges\": {}, \"slices\": {{{}}}", jsonArray(statistics.sliceEdges), slices);
+}
+
+/// Calls `take` with the values of each row and, of a slice, its number.
+template <class Take>
+Status eachRow(const StatisticsOfSteps& steps, bool sliced, const Take& take) {
+    for (const auto& step : steps) {
+        if (!sliced) MOTE_RETURN_IF_ERROR(take(step, step.values, 0));
+        for (std::size_t i = 0; sliced && i < step.slices.size(); ++i)
+            MOTE_RETURN_IF_ERROR(take(step, step.slices[i], i));
+    }
+    return success();
+}
+
+}  // namespace
 
 std::string jsonLine(const StepStatistics& statistics) {
     std::string line = fmt::format("{{\"step\": {}, \"iteration\": {}, \"time\": {}", statistics.step,
@@ -173,38 +240,67 @@ std::string jsonLine(const StepStatistics& statistics) {
     for (std::size_t i = 0; i < statistics.names.size(); ++i)
         line += fmt::format(", {}: {}", jsonString(statistics.names[i]),
                             exactNumber(statistics.values[i], "null"));
+    if (!statistics.slices.empty()) line += jsonSlices(statistics);
     return line + jsonNotes(statistics.notes) + "}\n";
 }
 
-std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units) {
+std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units, const std::string& along) {
     std::string text = "step,iteration,time [s]";
+    const bool sliced = !along.empty();
+    if (sliced) {
+        text += ",slice";
+        for (const auto* end : {"_from", "_to"})
+            text += "," + csvField(withUnit(along + end, unitOfColumn(along, units)));
+    }
     for (const auto& name : steps.front().names) text += "," + csvField(withUnit(name, unitOf(name, units)));
     text += "\n";
-    for (const auto& row : steps) {
-        text += fmt::format("{},{},{}", row.step, row.iteration, exactNumber(row.time, ""));
-        for (const double value : row.values) text += "," + exactNumber(value, "");
-        text += "\n";
-    }
+    static_cast<void>(
+        eachRow(steps, sliced, [&](const StepStatistics& step, const auto& values, std::size_t slice) {
+            text += fmt::format("{},{},{}", step.step, step.iteration, exactNumber(step.time, ""));
+            if (sliced)
+                text += fmt::format(",{},{},{}", slice, exactNumber(step.sliceEdges[slice], ""),
+                                    exactNumber(step.sliceEdges[slice + 1], ""));
+            for (const double value : values) text += "," + exactNumber(value, "");
+            text += "\n";
+            return success();
+        }));
     return text;
 }
 
-Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units) {
+Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units,
+                const std::string& along) {
     std::vector<NpyField> fields{{"step", "<i8"}, {"iteration", "<i8"}, {"time", "<f8", "time [s]"}};
-    for (const auto& name : steps.front().names) {
-        auto title = withUnit(name, unitOf(name, units));
+    const auto add = [&](const std::string& name, const std::string& unit) {
+        auto title = withUnit(name, unit);
         fields.push_back({name, "<f8", title == name ? std::string() : std::move(title)});
+    };
+    const bool sliced = !along.empty();
+    if (sliced) {
+        fields.push_back({"slice", "<i8"});
+        for (const auto* end : {"_from", "_to"}) add(along + end, unitOfColumn(along, units));
     }
+    for (const auto& name : steps.front().names) add(name, unitOf(name, units));
     MOTE_ASSIGN_OR_RETURN(auto file, NpyRows::create(path, fields));
-    for (const auto& row : steps) {
-        std::vector<std::uint64_t> words{row.step, static_cast<std::uint64_t>(row.iteration),
-                                         std::bit_cast<std::uint64_t>(row.time)};
-        for (const double value : row.values) words.push_back(std::bit_cast<std::uint64_t>(value));
-        MOTE_RETURN_IF_ERROR(file.append(words));
-    }
+    MOTE_RETURN_IF_ERROR(
+        eachRow(steps, sliced, [&](const StepStatistics& step, const auto& values, std::size_t slice) {
+            const auto word = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+            std::vector<std::uint64_t> words{step.step, static_cast<std::uint64_t>(step.iteration),
+                                             word(step.time)};
+            if (sliced)
+                words.insert(words.end(),
+                             {slice, word(step.sliceEdges[slice]), word(step.sliceEdges[slice + 1])});
+            for (const double value : values) words.push_back(word(value));
+            return file.append(words);
+        }));
     return file.publish();
 }
 
-std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units) {
+std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units, const std::string& along) {
+    if (!along.empty()) {
+        std::string text;
+        for (const auto& step : steps) text += slicesOf(step, units, along);
+        return text;
+    }
     return steps.size() == 1 ? oneStep(steps.front(), units) : manySteps(steps, units);
 }
 
@@ -212,16 +308,6 @@ namespace {
 
 constexpr std::size_t barWidth = 40;
 constexpr std::string_view shades = " .:-=+*#%@";
-
-template <class Numbers>
-std::string jsonArray(const Numbers& numbers) {
-    std::string text = "[";
-    for (const double number : numbers) {
-        if (text.size() > 1) text += ", ";
-        text += exactNumber(number, "null");
-    }
-    return text + "]";
-}
 
 /// The counts of a step with its bins put together, as many of them at a time; at the end there may be fewer.
 struct Coarse {

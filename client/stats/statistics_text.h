@@ -23,18 +23,24 @@ std::vector<std::size_t> namesOfColumns(const std::vector<std::string>& names,
 /// "mean_Q", "sigma_Q", "min_Q" and "max_Q" of those columns of which none of `names` is.
 std::vector<std::string> furtherNames(const std::vector<std::string>& names,
                                       const std::vector<std::string>& columns);
-/// Returns these alone, without slices.
+/// Returns these alone, of slices too.
 StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>& places);
 
-/// One line, with its end.
+// `along`: the column along which slices lie; "": there are none. With slices, a row is a slice: its step,
+// its number, and from where to where it reaches ("z_from", "z_to").
+
+/// One line, with its end; of slices "slice_edges", and in "slices" a list of each statistic.
 std::string jsonLine(const StepStatistics& statistics);
 /// All lines, the first with the names and their units: "sigma_x [m]".
-std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units);
+std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units, const std::string& along = {});
 /// Writes a structured array, whose fields have titles with units. Errors: those of the system.
-Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units);
+Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units,
+                const std::string& along = {});
 
-/// Writes for a terminal all of one step, a line each; of several steps a line each of the usual ones.
-std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units);
+/// Writes for a terminal all of one step, a line each; of several steps, or of a step's slices, a line each
+/// of the usual ones.
+std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units,
+                      const std::string& along = {});
 
 // How the histogram of a step is told: a line of JSON, comma-separated values, or a picture of letters for
 // people. Pure functions.

@@ -150,6 +150,9 @@ MadePart statisticsPart(const proto::StatisticsQuery& query) {
         slices.emplace();
         MOTE_ASSIGN_OR_RETURN(slices->column, checkColumnName(query.slices(), "slices"));
         if (query.has_slice_count()) slices->count = query.slice_count();
+        if (query.slices_of() == "charge") slices->of = storage::SlicesWanted::Of::charge;
+        if (!query.slices_of().empty() && query.slices_of() != "even" && query.slices_of() != "charge")
+            return invalid("slicesOf", "is \"even\" or \"charge\"");
         if (slices->count < 1 || slices->count > storage::SlicesWanted::most)
             return invalid("sliceCount", fmt::format("must be 1 to {}, not {}", storage::SlicesWanted::most,
                                                      slices->count));

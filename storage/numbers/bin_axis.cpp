@@ -45,12 +45,32 @@ Result<BinAxis> BinAxis::make(const StepNumbers& step, const std::string& column
     return axis;
 }
 
+Result<BinAxis> BinAxis::make(const StepNumbers& step, const std::string& column, std::vector<double> edges) {
+    const auto& columns = *step.columns;
+    MOTE_ASSIGN_OR_RETURN(auto reader, QuantityReader::make(columns, step.context, std::span(&column, 1)));
+    BinAxis axis(columns, std::move(reader), std::move(edges));
+    axis.even_ = false;
+    return axis;
+}
+
+namespace {
+
+std::uint32_t unevenBin(std::span<const double> edges, double value) {
+    const auto bins = static_cast<std::uint32_t>(edges.size()) - 1;
+    if (!(value >= edges.front() && value <= edges.back())) return bins;
+    const auto after = std::upper_bound(edges.begin() + 1, edges.end() - 1, value);
+    return static_cast<std::uint32_t>(after - edges.begin()) - 1;
+}
+
+}  // namespace
+
 void BinAxis::find(PointRange block, Scratch& scratch, std::span<std::uint32_t> out) const {
     if (column_) return floats_.find(columns_->values(*column_, block.begin, block.count), out);
     scratch.values.resize(block.count);
     const std::array values{std::span(scratch.values)};
     reader_.read(block.begin, block.count, scratch.reader, values);
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = binOf(edges_, scratch.values[i]);
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = even_ ? binOf(edges_, scratch.values[i]) : unevenBin(edges_, scratch.values[i]);
 }
 
 }  // namespace mote::storage

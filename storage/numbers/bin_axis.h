@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// BinAxis: in which of some even bins each point's quantity lies. Immutable; any number of threads, each with
+// BinAxis: in which of some bins each point's quantity lies. Immutable; any number of threads, each with
 // a Scratch of its own.
 //
-// Edge i of n bins over [low, high] is low + i * ((high - low) / n) in doubles, the last one high itself. A
-// value belongs to bin i where edge i <= value < edge i + 1, and to the last one where it is high: the bins
-// of numpy.histogram and histogram2d. What lies beyond, and what is not a number, belongs to none.
+// Edge i of n even bins over [low, high] is low + i * ((high - low) / n) in doubles, the last one high
+// itself. A value belongs to bin i where edge i <= value < edge i + 1, and to the last one where it is high:
+// the bins of numpy.histogram and histogram2d. What lies beyond, and what is not a number, belongs to none.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,6 +19,7 @@
 #include "protocol/scene/error.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/numbers/bin_kernel.h"
+#include "storage/numbers/point_mask.h"
 #include "storage/numbers/run_steps.h"
 
 namespace mote::storage {
@@ -34,6 +36,10 @@ class BinAxis {
     /// name.
     static Result<BinAxis> make(const StepNumbers& step, const std::string& column, std::uint32_t bins,
                                 double low, double high);
+    /// Bins of any edges, two at least, that do not descend: where several are alike, the last of their bins
+    /// has what lies there. Errors likewise.
+    static Result<BinAxis> make(const StepNumbers& step, const std::string& column,
+                                std::vector<double> edges);
 
     std::uint32_t bins() const { return static_cast<std::uint32_t>(edges_.size()) - 1; }
     const std::vector<double>& edges() const { return edges_; }
@@ -48,6 +54,7 @@ class BinAxis {
     const ParticleColumns* columns_;
     QuantityReader reader_;
     std::vector<double> edges_;
+    bool even_ = true;
     std::optional<std::size_t> column_;  // that is binned as it is stored, in floats
     FloatBins floats_;                   // of it
 };
@@ -57,7 +64,15 @@ class BinAxis {
 std::pair<double, double> widened(double low, double high);
 /// The edges of even bins.
 std::vector<double> evenEdges(std::uint32_t bins, double low, double high);
-/// The bin of a value; the number of bins where it has none.
+/// The edges of slices of equal weight over [low, high], the chosen points' own range (null: of all): edge i
+/// of n is the least value at which the weight of it and all below is more than i/n of all, weights counted
+/// in whole 2^31sts of the greatest; where nothing weighs anything, even edges. Any number of threads gives
+/// the same. Nothing where `cancelled` said to stop. Throws StorageError.
+std::optional<std::vector<double>> edgesOfEqualWeight(const StepNumbers& step, const QuantityReader& reader,
+                                                      const PointMask* chosen, std::uint32_t slices,
+                                                      double low, double high,
+                                                      const std::function<bool()>& cancelled);
+/// The bin of a value among even ones; the number of bins where it has none.
 std::uint32_t binOf(std::span<const double> edges, double value);
 
 }  // namespace mote::storage

@@ -372,6 +372,17 @@ std::optional<std::pair<double, double>> rangeOf(const QuantityReader& reader, s
     return widened(all.first, all.second);
 }
 
+/// Errors: cancelled.
+Result<BinAxis> binsOf(const SlicesWanted& slices, const StepNumbers& step, const QuantityReader& reader,
+                       const std::pair<double, double>& range, const PointMask* chosen,
+                       const std::function<bool()>& cancelled) {
+    if (slices.of == SlicesWanted::Of::even)
+        return BinAxis::make(step, slices.column, slices.count, range.first, range.second);
+    auto edges = edgesOfEqualWeight(step, reader, chosen, slices.count, range.first, range.second, cancelled);
+    if (!edges) return wasCancelled();
+    return BinAxis::make(step, slices.column, *std::move(edges));
+}
+
 }  // namespace
 
 Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts& facts,
@@ -392,8 +403,7 @@ Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts
         }
         const auto range = rangeOf(*reader, columns.pointCount(), chosen, cancelled);
         if (!range) return wasCancelled();
-        MOTE_ASSIGN_OR_RETURN(
-            const auto bins, BinAxis::make(step, slices->column, slices->count, range->first, range->second));
+        MOTE_ASSIGN_OR_RETURN(const auto bins, binsOf(*slices, step, *reader, *range, chosen, cancelled));
         BeamFacts ofSlice = facts;
         ofSlice.lost = 0;
         auto parts = valuesOf(RowWalk(columns, chosen, &bins), ofSlice, passes, cancelled);

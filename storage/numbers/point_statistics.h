@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Statistics of a step's points (storage/beam/beam_statistics.h) from the columns beside them, of all or of
-// some, and of even slices along a quantity. Values and a function without state, which uses all threads of
+// some, and of slices along a quantity. Values and a function without state, which uses all threads of
 // the calling arena; any number gives the same bits.
 #pragma once
 
@@ -24,6 +24,8 @@ struct SlicesWanted {
 
     std::string column;        ///< or derived quantity
     std::uint32_t count = 50;  ///< 1 to most
+    /// Even slices, or slices that the same weight lies in (edgesOfEqualWeight()).
+    enum class Of : std::uint8_t { even, charge } of = Of::even;
 };
 
 /// Percentiles take two passes more over all values than moments do.

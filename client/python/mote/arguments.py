@@ -136,17 +136,21 @@ def ranges_of(limits: Any, columns: int) -> List[Optional[Tuple[float, float]]]:
     return [_limits(one) for one in each]
 
 
-def slices_of(slices: Any) -> Tuple[str, Optional[int]]:
-    """A column, or (column, count): the column, and the count where it is said."""
-    name, count = slices, None
+def slices_of(slices: Any) -> Tuple[str, Optional[int], str]:
+    """A column, (column, count) or (column, count, "even" or "charge"): the column, the count where it is said, and of what
+    slices are equal where that is said."""
+    name, count, of = slices, None, ""
     if not isinstance(slices, str):
         parts = items(slices, "slices", "a column, or (column, count)")
-        if not 1 <= len(parts) <= 2:
-            raise invalid("slices", f"is a column, or (column, count), not {len(parts)} things")
-        name, count = (*parts, None)[:2]
+        if not 1 <= len(parts) <= 3:
+            raise invalid("slices", f"is a column, (column, count) or (column, count, \"charge\"), not {len(parts)} things")
+        name, count, of = (*parts, None, None)[:3]
+        of = of or ""
+    if of not in ("", "even", "charge"):
+        raise invalid("slices", f"are \"even\" or of equal \"charge\", not {of!r}")
     if not isinstance(name, str) or not name:
         raise invalid("slices", f"names a column, not the {told(name)}")
-    return name, None if count is None else whole(count, "slices")
+    return name, None if count is None else whole(count, "slices"), of
 
 
 def matrix(value: Any, where: str) -> Any:

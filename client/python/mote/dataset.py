@@ -157,7 +157,7 @@ class Dataset:
         return values[0] if isinstance(columns, str) else tuple(values)
 
     def statistics(self, step: Steps = None, select: Optional[Selectable] = None, names: Union[None, str, Sequence[str]] = None,
-                   slices: Union[None, str, Tuple[str, int]] = None) -> Dict[str, Any]:
+                   slices: Union[None, str, Tuple[str, int], Tuple[str, int, str]] = None) -> Dict[str, Any]:
         """Statistics by name (docs/NUMBERS.md): of one step numbers, of several or all (None) arrays.
 
         Without selection and slices they are those of preparation, from the source's own values in f64; with a
@@ -167,8 +167,9 @@ class Dataset:
             step: one; a slice, range or list of them, ascending and evenly apart; or None: all.
             select: of these particles alone.
             names: one or several, these alone; default all.
-            slices: a column, or (column, count): also of even slices along it: "slices" is a dict of the same names,
-                with one number more a slice, and "slice_edges" says where they are.
+            slices: a column, or (column, count): also of even slices along it; (column, count, "charge"): of slices
+                that hold the same charge. "slices" is a dict of the same names, with one number more a slice, and
+                "slice_edges" says where they are.
         """
         particles = self._particles
         asked = queries.steps_of(step, len(self))
@@ -183,7 +184,7 @@ class Dataset:
         else:
             fields: Dict[str, Any] = {"names": wanted}
             if slices is not None:
-                fields["slices"], fields["sliceCount"] = arguments.slices_of(slices)
+                fields["slices"], fields["sliceCount"], fields["slicesOf"] = arguments.slices_of(slices)
             answers = queries.query(self.session.connection, self.name, asked, select, statistics=fields)
             found = queries.statistics_of(answers, asked.single, slices is not None)
         return {**self._when(asked), **found}
