@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "protocol/scene/most_recent.h"
+#include "storage/manifest.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
@@ -33,6 +34,19 @@ storage::StepNeed scaled(storage::StepNeed need, std::uint64_t from, std::uint64
         range.count = static_cast<std::uint64_t>(static_cast<double>(range.count) * factor) + 1;
     }
     return need;
+}
+
+/// Whether a step looks the same in both: its file and the scale of densities are.
+bool sameStep(const proto::Manifest& one, const proto::Manifest& other, std::uint32_t index) {
+    const auto step = static_cast<int>(index);
+    const auto& left = one.particles();
+    const auto& right = other.particles();
+    if (step >= left.steps_size() || step >= right.steps_size()) return false;
+    if (left.density_min() != right.density_min() || left.density_max() != right.density_max()) return false;
+    const auto* const file = storage::findFile(one, left.steps(step).file());
+    const auto* const same = storage::findFile(other, right.steps(step).file());
+    return file != nullptr && same != nullptr && file->name() == same->name() &&
+           file->xxh3_128() == same->xxh3_128();
 }
 
 constexpr std::size_t readAhead = 8;  // blocks that the disk is asked for before their turn
@@ -156,6 +170,12 @@ bool intact(const storage::ParticleStep& step) {
     }
 }
 
+bool StepCache::Place::holds(const Place& later) const {
+    if (index != later.index || !(directory == later.directory)) return false;
+    return manifest == later.manifest ||
+           (manifest->particles().live() && sameStep(*manifest, *later.manifest, index));
+}
+
 StepCache::StepCache(std::shared_ptr<storage::BlockBudget> budget, unsigned threads,
                      std::function<void()> arrived)
     : budget_(std::move(budget)),
@@ -169,9 +189,9 @@ Result<StepCache::Step> StepCache::open(const Place& place) {
 /// Null if it is not open, or not to be used any more.
 StepCache::Step StepCache::find(const Place& place) {
     const std::lock_guard lock(mutex_);
-    const auto* const found =
-        mostRecent(steps_, [&](const OpenStep& opened) { return opened.place == place; });
+    auto* const found = mostRecent(steps_, [&](const OpenStep& opened) { return opened.place.holds(place); });
     if (found == nullptr) return nullptr;
+    found->place = place;
     if (intact(*found->step)) return found->step;
     steps_.pop_front();
     return nullptr;

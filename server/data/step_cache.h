@@ -104,7 +104,9 @@ class StepCache {
         std::shared_ptr<const proto::Manifest> manifest;
         storage::PathBeneath directory;
         std::uint32_t index = 0;
-        bool operator==(const Place&) const = default;
+
+        /// Whether `later` is the same step, if need be of what a live dataset has become since.
+        bool holds(const Place& later) const;
     };
     struct OpenStep {
         Place place;

@@ -65,6 +65,27 @@ TEST_F(StepCacheTest, AStepIsOpenedOnce) {
     EXPECT_EQ(cache_->openSteps(), 2U);
 }
 
+TEST_F(StepCacheTest, WhatALiveDatasetGetsLeavesItsStepsOpen) {
+    start(100 * cacheMib);
+    auto manifest = *entry_.manifest;
+    manifest.mutable_particles()->set_live(true);
+    entry_.manifest = std::make_shared<const proto::Manifest>(manifest);
+    const auto opened = step(0);
+    auto& particles = *manifest.mutable_particles();
+    *particles.add_steps() = particles.steps(0);
+    entry_.manifest = std::make_shared<const proto::Manifest>(manifest);
+    EXPECT_EQ(step(0), opened);
+    EXPECT_EQ(step(cachedSteps)->pointCount(), opened->pointCount()) << "the new one";
+    particles.set_density_max(2.0 * particles.density_max());
+    entry_.manifest = std::make_shared<const proto::Manifest>(manifest);
+    EXPECT_NE(step(0), opened) << "it looks otherwise now";
+    particles.set_live(false);
+    entry_.manifest = std::make_shared<const proto::Manifest>(manifest);
+    const auto ended = step(0);
+    entry_.manifest = std::make_shared<const proto::Manifest>(manifest);
+    EXPECT_NE(step(0), ended) << "another dataset of this name";
+}
+
 TEST_F(StepCacheTest, WhatIsWantedArrives) {
     start(100 * cacheMib);
     const auto opened = step(0);
