@@ -17,6 +17,7 @@
 #include "protocol/scene/complain.h"
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
 
@@ -46,9 +47,9 @@ Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roo
     if (request.output().empty() && !served.output.empty()) return served.output;
     if (request.output().empty()) return invalid("output", "is missing");
     auto path = roots.empty() ? Result<fs::path>(request.output()) : roots.resolveNew(request.output());
-    if (!path.ok()) return inField(path.error(), "output");
     if (!path.ok() && path.error().code == ErrorCode::alreadyExists && appendsSteps(request))
         path = roots.resolveExisting(request.output());
+    if (!path.ok()) return inField(path.error(), "output");
     if (served.draft.empty()) return path;
     const auto name = path->filename();
     *path += ".partial-" + served.draft;
@@ -215,6 +216,11 @@ void addOutlookOptions(const cli::Command& command, proto::JobRequest& request) 
                 "Where its upper side is: x, -x, y, -y, z or -z; y unless its file says")
         .valueName("AXIS");
     fieldOption(command, request, "front", front).valueName("AXIS");
+    std::vector<std::string> units;
+    for (const auto& unit : ownLengthUnits) units.emplace_back(unit.name);
+    fieldOption(command, request, "unit", "Of a length in its world, where its file does not say")
+        .oneOf(std::move(units))
+        .valueName("UNIT");
 }
 
 void runWhenChosen(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,

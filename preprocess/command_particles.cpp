@@ -79,12 +79,12 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
           "gamma p0c mass ...), '=', a column by name or number, its unit in brackets")
         .valueName("\"x=X [mm],px=PX [MeV/c]\"");
     field("steps", "Step indices, the last included").valueName("FIRST:LAST:STRIDE");
-    command.option(
-        "--columns", options.columns,
     field(
         "follow",
         "The run is still written: each further step becomes one of the dataset at once, until Ctrl-C or the "
         "LAST of --steps");
+    command.option(
+        "--columns", options.columns,
         "Columns kept beside the points, with commas between; none: none. Default: those of the source");
     field("lost", "Particles that the source marks as lost: without (the default), with or only these")
         .oneOf({"without", "with", "only"})

@@ -11,8 +11,9 @@
 #include "preprocess/look/silent_notes.h"
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/readers/format_detection.h"
-#include "preprocess/readers/unit_names.h"
+#include "preprocess/readers/joined_source.h"
 #include "protocol/quantity/quantity.h"
+#include "protocol/scene/space/length_unit.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
@@ -55,7 +56,7 @@ std::string fileWord(std::string_view name) {
 }
 
 Result<std::vector<RunPart>> partsOf(const CommandLine& line, const RunArguments& options) {
-    std::vector<std::string> species = splitNames(options.species);
+    MOTE_ASSIGN_OR_RETURN(auto species, namesOfSpecies(options.species));
     if (options.species.empty()) {
         ConsoleProgress progress(line.signal, {line.quiet, -1});
         SilentNotes silent(progress);
@@ -108,11 +109,11 @@ Result<std::array<double, 16>> placeOf(const RunPart& part, const proto::Particl
             row[3] += (own.max() + own.min()) / extent;
             continue;
         }
-        const auto& unit = part.manifest.hybrid().world_unit();
-        const auto* const known = std::ranges::find(lengths, unit, &Unit::name);
-        if (known == std::end(lengths))
+        const auto& unit = worldUnit(part.manifest);
+        const auto metre = metresOf(unit);
+        if (!metre)
             return unsupported(part.name, fmt::format("lies in \"{}\", which is no unit of length", unit));
-        row[axis.name().front() - 'x'] = 2.0 * known->factor / extent;
+        row[axis.name().front() - 'x'] = 2.0 * *metre / extent;
     }
     return place;
 }

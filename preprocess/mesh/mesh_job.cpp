@@ -13,6 +13,7 @@
 #include "preprocess/mesh/surface_topology.h"
 #include "preprocess/mesh/triangle_mesh.h"
 #include "preprocess/new_dataset.h"
+#include "preprocess/world_unit.h"
 #include "storage/mesh/mesh_file.h"
 
 namespace mote::prep {
@@ -20,15 +21,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Where a surface lies.
+struct SurfaceWorld {
+    std::string space;  ///< in which patients lie, of their surfaces
+    std::string unit;   ///< of a length; "": not known
+};
+
 proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
-                         const storage::SurfaceMesh& mesh, std::string_view space) {
+                         const storage::SurfaceMesh& mesh, const SurfaceWorld& world) {
     auto manifest = beginManifest("mesh", request, input.filename().string());
     manifest.mutable_request()->mutable_mesh()->set_input(portableInput(input, output));
     *manifest.mutable_mesh() = storage::describeMesh(mesh);
-    if (!space.empty() && manifest.up().empty()) {
+    manifest.set_world_unit(world.unit);
+    if (!world.space.empty() && manifest.up().empty()) {
         // A patient's surface stands as the patient does.
         manifest.set_up("z");
-        manifest.set_front(space == "ras" ? "y" : "-y");
+        manifest.set_front(world.space == "ras" ? "y" : "-y");
     }
     return manifest;
 }
@@ -38,17 +46,19 @@ constexpr std::uint64_t bytesPerTriangle = 256;
 /// And for each sample of a slice, of which two are held, with what is known of their cells.
 constexpr std::uint64_t bytesPerSample = 18;
 
-/// `space`: in which patients lie, of their surfaces.
-Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& input, std::uint64_t memory,
-                                 Progress& progress, std::string& space) {
+Result<TriangleMesh> readSurface(const proto::JobRequest& request, const fs::path& input,
+                                 std::uint64_t memory, Progress& progress, SurfaceWorld& world) {
+    const auto& job = request.mesh();
     MeshCounts counts;
+    world.unit = request.unit();
     if (!job.has_isovalue()) {
         MOTE_ASSIGN_OR_RETURN(auto read, readMesh(input, meshFileLimit(memory), progress));
         if (const auto repairs = describeRepairs(read.counts); !repairs.empty()) progress.note(repairs);
         return std::move(read.mesh);
     }
     MOTE_ASSIGN_OR_RETURN(const auto source, openVolumeSource(job.source(), input, progress));
-    space = source->shape().worldSpace;
+    world.space = source->shape().worldSpace;
+    MOTE_ASSIGN_OR_RETURN(world.unit, worldUnitFor(request, source->shape().worldUnit, progress));
     const auto slices = source->shape().voxelsOfSlice() * bytesPerSample;
     if (slices > memory) {
         return Error{
@@ -85,9 +95,9 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     KeptNotes progress(told);
     MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
     progress.report(0.0, "reading");
-    std::string space;
+    SurfaceWorld world;
     MOTE_ASSIGN_OR_RETURN(const auto surface,
-                          readSurface(request.mesh(), input, memoryFor(resources.memory), progress, space));
+                          readSurface(request, input, memoryFor(resources.memory), progress, world));
     progress.report(0.5, "finding edges and normals");
     auto mesh = makeSurfaceMesh(surface);
     // The surface of a value does not cut itself.
@@ -95,7 +105,7 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     if (progress.cancelled()) return wasCancelled();
     progress.report(0.8, "writing");
     MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
-    auto manifest = describe(request, input, output, mesh, space);
+    auto manifest = describe(request, input, output, mesh, world);
     manifest.mutable_mesh()->mutable_notes()->Assign(progress.notes().begin(), progress.notes().end());
     return finishDataset(writer, {"mesh"}, std::move(manifest), progress);
 }

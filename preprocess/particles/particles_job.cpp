@@ -175,7 +175,6 @@ Result<std::unique_ptr<ParticleSource>> openDataset(const proto::ParticlesJob& j
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, docs/JOBS.md
 /// The request with bounds on the axes that have those of the whole run: those of the dataset that goes on.
 proto::ParticlesJob withBoundsOf(const proto::ParticlesJob& job, const proto::Manifest& base) {
     auto bounded = job;
@@ -188,11 +187,12 @@ proto::ParticlesJob withBoundsOf(const proto::ParticlesJob& job, const proto::Ma
     return bounded;
 }
 
+constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, docs/JOBS.md
 
 class Job {
   public:
-    Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
     /// `live`: null, or what the steps are to a live dataset.
+    Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
         const fs::path& output, const LiveSteps* live, const JobResources& resources, KeptNotes& progress)
         : request_(request),
           job_(request.particles()),
@@ -201,10 +201,10 @@ class Job {
           source_(source, lost_),
           inputs_(inputs),
           output_(output),
-          resources_(resources),
           live_(live),
           base_(live != nullptr && live->base ? &*live->base : nullptr),
           first_(base_ != nullptr ? base_->particles().steps_size() : 0),
+          resources_(resources),
           ranks_(*resources.ranks),
           progress_(progress) {}
 
@@ -246,15 +246,14 @@ class Job {
                          fmt::format("{} steps are more than the {} that one dataset holds; select some",
                                      first_ + steps_.size(), storage::maxSteps)};
         }
-        stepOptions_.volumeLevel = job_.has_volume_level() ? job_.volume_level() : defaultVolumeLevel;
         bounded_ = base_ != nullptr ? withBoundsOf(job_, *base_) : job_;
         if (base_ != nullptr) MOTE_RETURN_IF_ERROR(checkSameRun());
+        stepOptions_.volumeLevel = job_.has_volume_level() ? job_.volume_level() : defaultVolumeLevel;
         stepOptions_.octree = {job_.has_leaf_capacity() ? job_.leaf_capacity() : defaultLeafCapacity,
                                job_.has_max_level() ? job_.max_level() : defaultMaxLevel};
         return checkMemory();
     }
 
-    /// `together`: among how many steps the memory is divided.
     /// What is kept beside the points of further steps is what is kept of those before.
     google::protobuf::RepeatedPtrField<std::string> columnNames() const {
         if (base_ == nullptr || base_->particles().columns().empty()) return job_.columns();
@@ -294,6 +293,7 @@ class Job {
 
     int ofDataset(std::size_t index) const { return static_cast<int>(first_ + index); }
 
+    /// `together`: among how many steps the memory is divided.
     MemoryPlan memoryFor(std::size_t step, std::size_t together) const {
         return planMemory(source_.steps()[step].particles, stepOptions_,
                           prep::memoryFor(resources_.memory) / together,
@@ -344,13 +344,13 @@ class Job {
     static bool allGiven(const proto::ParticlesJob& job) {
         return job.bounds_size() == 3 && std::ranges::none_of(job.bounds(), isOfSteps);
     }
-
     /// So that no step is looked through for them.
     bool boundsGiven() const { return allGiven(bounded_); }
+
     Status findBounds() {
         readers_.resize(steps_.size());
-        for (std::size_t i = 0; i < steps_.size() && !boundsGiven(); ++i) {
         if (base_ != nullptr) plotBounds_.goOn(base_->particles());
+        for (std::size_t i = 0; i < steps_.size() && !boundsGiven(); ++i) {
             report(0.2 * static_cast<double>(i) / static_cast<double>(steps_.size()),
                    fmt::format("looking for the bounds: step {} of {}", i + 1, steps_.size()));
             MOTE_ASSIGN_OR_RETURN(auto reader, openReader(i));
@@ -472,7 +472,6 @@ class Job {
         return success();
     }
 
-    Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
     void describeColumns(proto::ParticlesManifest& particles) const {
         columns_.describe(source_, particles);
         if (lost_ != LostParticles::without) {
@@ -483,6 +482,7 @@ class Job {
         }
     }
 
+    Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
         const auto memory = prep::memoryFor(resources_.memory);
         // Without columns nothing is coded by what is seen.
         const auto observe = columns_.columns.empty()
@@ -550,9 +550,9 @@ class Job {
         std::uint64_t total = 0;
         for (const auto& step : particles.steps()) total += step.particles();
         if (total == 0) return nothingToPlot();
-        if (densities_.empty()) {
         const Range before{particles.density_min(), particles.density_max()};
         if (base_ != nullptr) densities_ = densities_.united(before);
+        if (densities_.empty()) {
             return corrupt(inputs_.empty() ? "" : inputs_.front().string(),
                            "all particles weigh nothing, so there is no density to plot");
         }
@@ -570,7 +570,6 @@ class Job {
         return publishDataset(dataset_->writer(), manifest_, progress_);
     }
 
-    const proto::JobRequest& request_;
     /// Histograms of the steps that are there, over the densities of all steps.
     Status countBaseAnew() {
         for (std::size_t i = 0; i < first_; ++i) {
@@ -603,23 +602,24 @@ class Job {
         }
     }
 
+    const proto::JobRequest& request_;
     const proto::ParticlesJob& job_;
     ParticleSource& unfiltered_;
     LostParticles lost_;
     LostFilter source_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
-    JobResources resources_;
     const LiveSteps* live_;        ///< null: the dataset is made at once
     const proto::Manifest* base_;  ///< of the live dataset that gets the steps; null: there is none yet
     std::size_t first_;            ///< how many steps that has
+    JobResources resources_;
     Communicator& ranks_;
     KeptNotes& progress_;
     std::mutex reporting_;
     double reported_ = 0.0;  ///< under it
 
-    PlotAxes axes_;
     proto::ParticlesJob bounded_;  ///< with the bounds that are known
+    PlotAxes axes_;
     KeptColumns columns_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
@@ -650,7 +650,6 @@ Result<proto::Manifest> runNoted(const proto::JobRequest& request, ParticleSourc
 
 }  // namespace
 
-Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
 Result<proto::Manifest> makeLiveSteps(const proto::JobRequest& request, ParticleSource& source,
                                       const std::vector<fs::path>& inputs, const fs::path& output,
                                       const LiveSteps& live, const JobResources& resources,
@@ -663,6 +662,7 @@ Result<std::unique_ptr<ParticleSource>> openRun(const proto::ParticlesJob& job,
     return isDataset(inputs) ? openDataset(job, inputs.front()) : openParticleSource(job, inputs, progress);
 }
 
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<fs::path>& inputs, const fs::path& output,
                                         const JobResources& resources, Progress& progress) {
     KeptNotes noted(progress);

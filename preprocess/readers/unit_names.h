@@ -4,10 +4,12 @@
 // compared. Values and functions without state.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 
 #include "preprocess/readers/field_meaning.h"
+#include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
@@ -17,9 +19,14 @@ struct Unit {
     double factor;
 };
 
-inline constexpr Unit lengths[] = {{"m", 1},     {"km", 1e3},         {"cm", 1e-2},        {"mm", 1e-3},
-                                   {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"\xce\xbcm", 1e-6}, {"micron", 1e-6},
-                                   {"nm", 1e-9}};
+/// Those of length_unit.h, all of which are written so.
+inline constexpr auto lengths = [] {
+    std::array<Unit, ownLengthUnits.size() + otherLengthUnits.size()> all{};
+    auto* next = all.begin();
+    for (const auto& unit : ownLengthUnits) *next++ = {unit.name, unit.metres};
+    for (const auto& unit : otherLengthUnits) *next++ = {unit.name, unit.metres};
+    return all;
+}();
 inline constexpr Unit times[] = {{"s", 1},     {"sec", 1},          {"ms", 1e-3},        {"us", 1e-6},
                                  {"ns", 1e-9}, {"\xc2\xb5s", 1e-6}, {"\xce\xbcs", 1e-6}, {"ps", 1e-12},
                                  {"fs", 1e-15}};

@@ -16,6 +16,7 @@
 #include "preprocess/readers/hdf5/h5_numbers.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/space/length_unit.h"
 
 namespace mote::prep {
 namespace {
@@ -291,19 +292,13 @@ ScalarType typeOf(const H5Numbers& numbers) {
     return ScalarType::f64;
 }
 
-/// Lengths of which a cell is 1 to 1000 wide: OpenVDB takes a grid of micrometres in metres for a flat one.
-struct WorldUnit {
-    double scale;
-    const char* name;
-};
-
-constexpr std::array<WorldUnit, 7> worldUnits{
-    {{1e-15, "fm"}, {1e-12, "pm"}, {1e-9, "nm"}, {1e-6, "um"}, {1e-3, "mm"}, {1.0, "m"}, {1e3, "km"}}};
-
-WorldUnit worldUnitOf(double width) {
-    auto chosen = worldUnits.front();
-    for (const auto& unit : worldUnits) {
-        if (unit.scale <= width * (1.0 + 1e-9)) chosen = unit;
+/// The unit in thousands of which a cell is 1 to 1000 wide: OpenVDB takes a grid of micrometres in metres for
+/// a flat one.
+LengthUnit worldUnitOf(double width) {
+    auto chosen = ownLengthUnits.front();
+    for (const char* name : {"fm", "pm", "nm", "um", "mm", "m", "km"}) {
+        const auto metres = metresOf(name).value();
+        if (metres <= width * (1.0 + 1e-9)) chosen = {name, metres};
     }
     return chosen;
 }
@@ -328,8 +323,8 @@ class MeshVolume : public VolumeSource {
     /// The steps of a voxel along the volume's axes and the place of the first one, m.
     Status setPlace(const glm::dmat3& steps, const glm::dvec3& origin) {
         const auto unit = worldUnitOf(std::cbrt(std::abs(glm::determinant(steps))));
-        shape_.worldUnit = unit.name;
-        return setPlacement(shape_, steps / unit.scale, origin / unit.scale, record_.where);
+        shape_.worldUnit = std::string(unit.name);
+        return setPlacement(shape_, steps / unit.metres, origin / unit.metres, record_.where);
     }
 
     MeshRecord record_;

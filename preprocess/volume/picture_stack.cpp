@@ -22,6 +22,7 @@
 #include "preprocess/volume/volume_shape.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/space/length_unit.h"
 
 namespace mote::prep {
 namespace {
@@ -60,39 +61,18 @@ double lengthOf(const Words& words, std::string_view name) {
     return number > 0.0 && std::isfinite(number) ? number : 0.0;
 }
 
-struct Unit {
-    std::string_view name;
-    double mm;  ///< 0: no length
-};
-constexpr std::array<Unit, 26> units{{{"um", 1e-3},         {"micron", 1e-3},
-                                      {"microns", 1e-3},    {"micrometer", 1e-3},
-                                      {"\\u00B5m", 1e-3},   {"\\u03BCm", 1e-3},
-                                      {"\xc2\xb5m", 1e-3},  {"\xce\xbcm", 1e-3},
-                                      {"\xb5m", 1e-3},      {"nm", 1e-6},
-                                      {"nanometer", 1e-6},  {"mm", 1.0},
-                                      {"millimeter", 1.0},  {"cm", 10.0},
-                                      {"centimeter", 10.0}, {"m", 1e3},
-                                      {"meter", 1e3},       {"inch", 25.4},
-                                      {"in", 25.4},         {"pixel", 0.0},
-                                      {"pixels", 0.0},      {"reference frame", 0.0},
-                                      {"\xc3\x85", 1e-7},   {"pm", 1e-9},
-                                      {"km", 1e6},          {"dm", 100.0}}};
+/// What stands where a unit of a length is expected, and is none.
+constexpr std::array<std::string_view, 3> noUnits{"pixel", "pixels", "reference frame"};
 
+/// 0 where it is no length.
 double inMm(std::string_view unit) {
-    const auto* const found =
-        std::find_if(units.begin(), units.end(), [&](const Unit& one) { return one.name == unit; });
-    return found == units.end() ? 0.0 : found->mm;
+    return 1e3 * metresOf(unit).value_or(0.0);
 }
 
 /// Under the name that is not one of many: "um".
 std::string plainUnit(std::string_view unit) {
-    const double mm = inMm(unit);
-    for (const Unit& one : units) {
-        if (mm > 0.0 && one.mm == mm) return std::string(one.name);
-    }
-    return mm == 0.0 && std::any_of(units.begin(), units.end(), [&](const Unit& u) { return u.name == unit; })
-               ? std::string()
-               : unitText(unit);
+    if (std::ranges::find(noUnits, unit) != noUnits.end()) return {};
+    return metresOf(unit) ? ownName(unit) : unitText(unit);
 }
 
 bool isDefaultResolution(const PictureSpec& first) {

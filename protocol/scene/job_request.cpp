@@ -12,6 +12,7 @@
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/film/film_job.h"
 #include "protocol/scene/selection.h"
+#include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/step_range.h"
 
 namespace mote {
@@ -109,11 +110,11 @@ Status checkParticles(const Request& request) {
          {impact.frequency(), impact.mass(), impact.kinetic_energy(), impact.current()}) {
         if (!std::isfinite(value)) return invalid("impact", "needs finite numbers");
     }
-    return checkCount(job.inputs_size(), "inputs");
     if (job.follow())
         return invalid("follow", "is for mote-prep beside the run; a server takes its steps with append");
     if (job.closes() && !job.append()) return invalid("closes", "needs \"append\" beside it");
     if (job.closes() && job.inputs().empty()) return success();
+    return checkCount(job.inputs_size(), "inputs");
 }
 
 Status checkSynthBeam(const Request& request) {
@@ -282,14 +283,29 @@ Status checkOutlook(const Request& message) {
     return invalid("front", "lies across what is up");
 }
 
+/// Of what lies in a world of its own.
+Status checkUnit(const Request& message) {
+    const auto& unit = message.unit();
+    if (unit.empty()) return success();
+    if (std::ranges::find(ownLengthUnits, unit, &LengthUnit::name) == ownLengthUnits.end())
+        return invalid("unit", fmt::format("is one of {}", lengthUnitNames()));
+    const bool surface = message.has_stipple() && !message.stipple().mesh().empty();
+    if (message.has_volume() || message.has_mesh() || surface) return success();
+    return invalid("unit", "only volumes, meshes and surfaces lie in a world with a unit");
+}
+
 }  // namespace
 
 bool mayHaveRanks(const Request& message) {
-    return kindOf(message).ranks;
+    return kindOf(message).ranks && !appendsSteps(message);
 }
 
 bool staysWithJob(const Request& message) {
     return kindOf(message).ending.empty();
+}
+
+bool appendsSteps(const Request& message) {
+    return message.particles().append();
 }
 
 std::vector<JobInput> jobInputs(const Request& message) {
@@ -304,13 +320,10 @@ Result<JobRequest> parseJobRequest(const Request& message) {
         return Error{ErrorCode::resourceExhausted, "",
                      fmt::format("the request has more than {} bytes", kind.largest)};
     }
-bool appendsSteps(const Request& message) {
-    return message.particles().append();
-}
-
     MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestJobTitle));
     if (message.kind_case() == Request::KIND_NOT_SET) return missingKind();
     MOTE_RETURN_IF_ERROR(checkOutlook(message));
+    MOTE_RETURN_IF_ERROR(checkUnit(message));
     MOTE_RETURN_IF_ERROR(kind.check(message), fieldOf(message));
     JobRequest request{message, jobInputs(message)};
     for (const auto& input : request.inputs) MOTE_RETURN_IF_ERROR(checkName(input.name, input.field));

@@ -56,9 +56,10 @@ std::string describeMesh(const proto::Manifest& manifest) {
     return made + notes +
            fmt::format(
                "surface  {} vertices, {} triangles, {} edges, area {:.6g}\n"
-               "bounds   [{:.6g}] to [{:.6g}]\n",
+               "bounds   [{:.6g}] to [{:.6g}]{}\n",
                mesh.vertices(), mesh.triangles(), mesh.edges(), mesh.area(),
-               fmt::join(mesh.bounds_min(), ", "), fmt::join(mesh.bounds_max(), ", "));
+               fmt::join(mesh.bounds_min(), ", "), fmt::join(mesh.bounds_max(), ", "),
+               manifest.world_unit().empty() ? ", of an unknown unit" : " " + manifest.world_unit());
 }
 
 DatasetSummary summarizeMesh(const proto::Manifest& manifest) {

@@ -266,7 +266,7 @@ bool isTableUnit(std::string_view text) {
 
 std::string_view assumedUnit(TableQuantity quantity) {
     const auto units = unitsOf(quantity);
-    if (units.data() == lengths) return "m";
+    if (units.data() == lengths.data()) return "m";
     if (units.data() == times) return "s";
     if (units.data() == momenta) return "eV/c";
     if (units.data() == masses) return "eV/c^2";

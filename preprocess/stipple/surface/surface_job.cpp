@@ -63,6 +63,7 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
                           fmt::format("{}: {} points", input.filename().string(), hierarchy.size()));
     manifest.mutable_request()->mutable_stipple()->set_mesh(portableInput(input, output));
     *manifest.mutable_mesh() = described;
+    manifest.set_world_unit(request.unit());
     return manifest;
 }
 
