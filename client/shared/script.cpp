@@ -145,7 +145,7 @@ FilmDatasets knownDatasets(const proto::Catalogue& catalogue) {
 }
 
 FilmDataset knownDataset(const proto::Manifest& manifest) {
-    return {datasetBounds(manifest), stepCount(manifest), datasetOutlook(manifest)};
+    return {datasetBounds(manifest), stepCount(manifest), datasetOutlook(manifest), datasetPlace(manifest)};
 }
 
 }  // namespace mote::client

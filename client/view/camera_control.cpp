@@ -12,7 +12,7 @@ namespace mote::client {
 namespace {
 
 constexpr double stepFactor = 0.9;                // what a tenth of the way leaves
-constexpr double closest = 1e-6, farthest = 1e6;  // distances and heights, world units
+constexpr double closest = 1e-9, farthest = 1e6;  // distances and heights, world units
 
 glm::dvec3 rotated(const glm::dvec3& vector, double angle, const glm::dvec3& axis) {
     return glm::dvec3(glm::rotate(glm::dmat4(1.0), angle, axis) * glm::dvec4(vector, 0.0));
@@ -67,7 +67,8 @@ Camera pan(const Camera& camera, glm::dvec2 drag) {
 Camera dolly(const Camera& camera, double steps, const glm::dvec3& to) {
     const double span =
         camera.perspective() ? glm::distance(camera.eye, camera.target) : *camera.orthographicHeight;
-    const double factor = scaled(span, steps, closest, farthest) / span;
+    const double least = camera.perspective() ? std::max(closest, 4.0 * leastSight(to)) : closest;
+    const double factor = scaled(span, steps, least, farthest) / span;
     Camera moved = camera;
     moved.target = to + (camera.target - to) * factor;
     const glm::dvec3 arm = camera.eye - camera.target;

@@ -326,16 +326,15 @@ Camera ViewModel::camera(double aspect) const {
 Camera ViewModel::fitted(const proto::View& view) const {
     if (served_) return *served_;
     auto parsed = parseView(view);
-    if (!parsed.ok())
+    if (!parsed.ok() || !fitToDatasets(*parsed, known_).ok())
         return fitCamera(boundsOf(known_, dataset()), static_cast<double>(view.width()) / view.height());
-    fitToDatasets(*parsed, known_);
     return parsed->camera;
 }
 
 std::optional<Bounds> ViewModel::worldBounds() const {
     std::optional<Bounds> all;
-    const auto parsed = parseView(sized(edited()));
-    if (!parsed.ok()) return all;
+    auto parsed = parseView(sized(edited()));
+    if (!parsed.ok() || !placeAmong(*parsed, known_).ok()) return all;
     for (const auto& layer : parsed->layers) {
         const auto known = known_.find(layer.dataset);
         if (known == known_.end()) continue;
@@ -378,6 +377,28 @@ void ViewModel::replaceClip(const proto::Clip& clip) {
 glm::dmat4 ViewModel::transform() const {
     const auto transform = parseTransform(layer().transform());
     return transform.ok() ? *transform : glm::dmat4(1.0);
+}
+
+glm::dmat4 ViewModel::layerToWorld() const {
+    if (!inMetres()) return transform();
+    auto parsed = parseView(sized(message_));
+    if (!parsed.ok() || !placeAmong(*parsed, known_).ok()) return transform();
+    return parsed->layers[static_cast<std::size_t>(chosen_)].transform;
+}
+
+Status ViewModel::setInMetres(bool metres) {
+    if (metres == inMetres()) return success();
+    auto changed = message_;
+    changed.set_space(metres ? "metres" : "");
+    changed.clear_stretch();
+    auto parsed = parseView(sized(changed));
+    MOTE_RETURN_IF_ERROR(parsed);
+    MOTE_RETURN_IF_ERROR(placeAmong(*parsed, known_));
+    settle();
+    message_.set_space(changed.space());
+    message_.clear_stretch();
+    fit();
+    return success();
 }
 
 Status ViewModel::setTransform(const glm::dmat4& transform) {

@@ -106,8 +106,11 @@ class ViewModel {
     /// that was fitted stays where it is. Errors as parseClip; then nothing changes.
     proto::Clip clip() const;
     Status setClip(const proto::Clip& clip);
-    /// Layer to world; the same holds. Errors as parseTransform.
+    /// Layer to world, of a view in metres what its place there undergoes; the same holds. Errors as
+    /// parseTransform.
     glm::dmat4 transform() const;
+    /// Layer to world in any view.
+    glm::dmat4 layerToWorld() const;
     Status setTransform(const glm::dmat4& transform);
 
     // The same of the layer whose steps are played: the chosen one, or the first that has several.
@@ -128,6 +131,10 @@ class ViewModel {
     /// What the server fitted to the view without a camera.
     void setServed(const Camera& camera) { served_ = camera; }
     const std::optional<Camera>& served() const { return served_; }
+    /// Whether all layers lie where they are, in metres. Set, the camera is fitted anew and nothing is
+    /// stretched. Errors: those of placeLayers(); then nothing changes.
+    bool inMetres() const { return !message_.space().empty(); }
+    Status setInMetres(bool metres);
     /// The box around all layers whose datasets are known, world; nothing where none is.
     std::optional<Bounds> worldBounds() const;
 

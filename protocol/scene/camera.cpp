@@ -41,11 +41,13 @@ CameraFit::CameraFit(const Outlook& outlook, double aspect, double margin) : up_
               -back};
     most_.fill(nothingYet);
     enter(glm::dmat4(1.0));
+    unit_ = 0.0;
 }
 
 void CameraFit::enter(const glm::dmat4& layerToWorld, HalfSpaces clips) {
     clips_ = std::move(clips);
     const glm::dmat3 linear(layerToWorld);
+    for (int i = 0; i < 3; ++i) unit_ = std::max(unit_, glm::length(linear[i]));
     for (int i = 0; i < ofPicture; ++i) {
         const auto at = static_cast<std::size_t>(i);
         normals_[at] = world_[at] * linear;
@@ -99,7 +101,7 @@ Camera CameraFit::camera() const {
     const double z = std::max((left + right) / (2.0 * tanX_), (lower + upper) / (2.0 * tanY_));
     const glm::dvec3 eye(0.5 * (right - left), 0.5 * (upper - lower), z);
     // What is a point is looked at from as near as its place can still be told from the eye's.
-    const double away = std::max(z - middle, 1e-6 * (1.0 + glm::length(eye)));
+    const double away = std::max(z - middle, 1e-6 * unit_ + 2.0 * leastSight(eye));
     camera.target = axes_ * glm::dvec3(eye.x, eye.y, middle);
     camera.eye = camera.target + away * axes_[2];
     camera.up = up_;
@@ -125,7 +127,7 @@ Camera fitCamera(const Bounds& bounds, double aspect, const Outlook& outlook, do
         distance = std::max(distance, sideways + glm::dot(offset, back));
     }
     // A box that is a point is looked at from as near as its place can still be told from the eye's.
-    distance = std::max(distance, 1e-6 * (1.0 + glm::length(camera.target)));
+    if (!(distance > 2.0 * leastSight(camera.target))) distance = 1e-6 * (1.0 + glm::length(camera.target));
     camera.eye = camera.target + distance * back;
     return camera;
 }
@@ -139,7 +141,7 @@ Result<Camera> parseCamera(const proto::Camera& said) {
                   .orthographicHeight = std::nullopt};
     if (message.has_orthographic_height()) camera.orthographicHeight = message.orthographic_height();
     const glm::dvec3 sight = camera.target - camera.eye;
-    if (!(glm::length(sight) > 1e-9 * (1.0 + glm::length(camera.eye)))) {
+    if (!(glm::length(sight) > leastSight(camera.eye))) {
         return invalid("target", "the target must differ from the eye");
     }
     const double sine = glm::length(glm::cross(glm::normalize(sight), camera.up)) / glm::length(camera.up);

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
@@ -84,12 +85,18 @@ class CameraFit {
     // The picture's left, right, lower and upper side, near and far; then those of the layer's box.
     std::array<glm::dvec3, directions> world_, normals_;
     std::array<double, directions> offsets_{}, most_{};
+    double unit_ = 0.0;  // the greatest length of 1 of the layers, world
     HalfSpaces clips_;
 };
 
 /// The camera of a box, whose middle it looks at: a hand that turns it turns it around that.
 Camera fitCamera(const Bounds& bounds, double aspect, const Outlook& outlook = {},
                  double margin = CameraFit::usualMargin);
+
+/// The least distance between an eye and its target at which their places can be told apart.
+inline double leastSight(const glm::dvec3& eye) {
+    return 1e-9 * (1e-9 + std::sqrt(eye.x * eye.x + eye.y * eye.y + eye.z * eye.z));
+}
 
 /// Errors: a vector that is not three finite numbers, eye equal to target, up along the line of sight, an
 /// angle outside [0.1, 179] degrees, a height that is not positive.

@@ -35,6 +35,16 @@ Result<double> parseScale(const proto::View& message) {
                    fmt::format("lies above 0 and is at most {}, not {}", View::maxScale, message.scale()));
 }
 
+/// What the message says is checked.
+Status parseSpace(const proto::View& message, View& view) {
+    if (message.space().empty() && message.stretch().empty()) return success();
+    if (message.space().empty())
+        return invalid("stretch", "is of places in metres: it needs \"space\": \"metres\"");
+    view.metres.emplace();
+    if (!message.stretch().empty()) view.metres->stretch = readVector(message.stretch());
+    return success();
+}
+
 template <class Style>
 Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind) {
     if (!style.ok()) return style.error().within(kind);
@@ -142,6 +152,7 @@ Result<View> parseView(const proto::View& message) {
     view.height = message.height();
     MOTE_ASSIGN_OR_RETURN(view.scale, parseScale(message));
     MOTE_RETURN_IF_ERROR(checkOwnFields(message));
+    MOTE_RETURN_IF_ERROR(parseSpace(message, view));
     view.background = parseBackground(message);
     auto selections = parseNamedSelections(message.selections());
     MOTE_RETURN_IF_ERROR(selections, "selections");

@@ -60,6 +60,14 @@ struct Layer {
     bool operator==(const Layer&) const = default;
 };
 
+/// How layers lie together where each lies in metres (metres.h).
+struct Metres {
+    glm::dvec3 stretch{1.0};  ///< world units of a metre along x, y and z
+    bool placed = false;      ///< the layers' transforms take them to the world; else they stay in metres
+
+    bool operator==(const Metres&) const = default;
+};
+
 struct View {
     static constexpr std::uint32_t maxSide = 16384;         ///< pixels
     static constexpr std::uint64_t maxPixels = 1ULL << 25;  ///< 8K and a little more
@@ -76,6 +84,7 @@ struct View {
     /// Of a camera that was fitted to what layers show: the box of each one's, layer space; or empty.
     std::vector<std::optional<Bounds>> shown = {};
     std::optional<Annotations> annotations = {};
+    std::optional<Metres> metres = {};            ///< none: the world has no unit
     std::vector<NamedSelection> selections = {};  ///< that stay with it; those of layers are resolved
 
     double aspect() const { return static_cast<double>(width) / height; }

@@ -34,6 +34,11 @@ proto::View toProto(const View& view) {
     message.set_height(view.height);
     if (view.scale != 1.0) message.set_scale(view.scale);
     writeColor(view.background, message.mutable_background());
+    if (view.metres && !view.metres->placed) {
+        message.set_space("metres");
+        if (view.metres->stretch != glm::dvec3(1.0))
+            writeVector(view.metres->stretch, message.mutable_stretch());
+    }
     if (!view.cameraFitted) *message.mutable_camera() = toProto(view.camera);
     for (const auto& layer : view.layers) writeLayer(layer, *message.add_layers());
     if (view.annotations) *message.mutable_annotations() = toProto(*view.annotations);

@@ -64,7 +64,7 @@ Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>&
     if (rows[12] != 0.0 || rows[13] != 0.0 || rows[14] != 0.0 || rows[15] != 1.0)
         return invalid("transform", "the last row must be 0, 0, 0, 1");
     const double determinant = std::abs(glm::determinant(glm::dmat3(transform)));
-    if (!(determinant > 1e-18 && determinant < 1e18))
+    if (!(determinant > 1e-90 && determinant < 1e90))
         return invalid("transform", "the matrix must be invertible and of sensible scale");
     return transform;
 }

@@ -20,6 +20,7 @@
 #include "protocol/quantity/manifest_columns.h"
 #include "protocol/quantity/plot_axes.h"
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 #include "server/figures/annotation_room.h"
@@ -345,20 +346,12 @@ double roundLength(double most) {
     return power;
 }
 
-/// A unit of the metre, as a power of ten of it; nothing of another.
-std::optional<int> metrePower(const std::string& unit) {
-    static const std::map<std::string, int> powers{{"m", 0},   {"cm", -2}, {"mm", -3},      {"um", -6},
-                                                   {"nm", -9}, {"km", 3},  {"\u00b5m", -6}, {"\u03bcm", -6}};
-    const auto found = powers.find(unit);
-    return found == powers.end() ? std::nullopt : std::optional(found->second);
-}
-
 RichText lengthText(double length, const std::string& unit) {
-    const auto power = metrePower(unit);
-    const double metres = power ? length * std::pow(10.0, *power) : length;
-    const int prefix = power ? prefixPower("m", metres) : 0;
+    const auto metre = metresOf(unit);
+    const double metres = length * metre.value_or(1.0);
+    const int prefix = metre ? prefixPower("m", metres) : 0;
     const auto number = fmt::format("{:.6g}", metres / std::pow(10.0, prefix));
-    const RichText written = power ? unitText("m", prefix) : unitText(unit, 0);
+    const RichText written = metre ? unitText("m", prefix) : unitText(unit, 0);
     return written.empty() ? upright(number) : upright(number + "\u2009") + written;
 }
 
@@ -403,30 +396,45 @@ std::optional<double> lengthFactor(const glm::dmat4& transform) {
     return std::sqrt(square);
 }
 
-/// In the lower left corner, if a layer that is no plot lies in the world's units, moved, turned or magnified
-/// but not stretched: a round length of at most a quarter of the picture's width, true at the depth of the
-/// camera's target.
-void addScaleBar(const View& view, const std::vector<LayerFacts>& layers, AnnotationRoom& room) {
-    const LayerFacts* found = nullptr;
-    std::optional<double> factor;
-    for (std::size_t i = 0; i < layers.size() && !factor; ++i) {
-        const bool world = layers[i].manifest != nullptr &&
-                           (layers[i].manifest->has_hybrid() || layers[i].manifest->has_mesh());
-        if (!world || !(view.layers[i].opacity > 0.0)) continue;
-        found = &layers[i];
-        factor = lengthFactor(view.layers[i].transform);
+/// What a length of 1 in the world is in a unit.
+struct WorldLength {
+    double factor;  ///< world units of a unit
+    std::string unit;
+};
+
+/// By a view in metres, or by its first layer that is no plot and lies in units of its own, moved, turned or
+/// magnified; nothing where directions differ in lengths.
+std::optional<WorldLength> worldLength(const View& view, const std::vector<LayerFacts>& layers) {
+    if (view.metres) {
+        const auto factor = lengthFactor(glm::scale(glm::dmat4(1.0), view.metres->stretch));
+        return factor ? std::optional(WorldLength{*factor, "m"}) : std::nullopt;
     }
-    if (!factor) return;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const auto& manifest = layers[i].manifest;
+        const bool world = manifest != nullptr && (manifest->has_hybrid() || manifest->has_mesh());
+        if (!world || !(view.layers[i].opacity > 0.0)) continue;
+        const auto factor = lengthFactor(view.layers[i].transform);
+        if (factor) return WorldLength{*factor, worldUnit(*manifest)};
+    }
+    return std::nullopt;
+}
+
+/// In the lower left corner, if there is a length for it: a round one of at most a quarter of the picture's
+/// width, true at the depth of the camera's target.
+void addScaleBar(const View& view, const std::vector<LayerFacts>& layers, AnnotationRoom& room) {
+    const auto world = worldLength(view, layers);
+    if (!world) return;
     const auto& look = room.look();
     const Projection projection(view);
-    const double pixel = projection.pixelSize(glm::length(view.camera.target - view.camera.eye)) / *factor;
+    const double pixel =
+        projection.pixelSize(glm::length(view.camera.target - view.camera.eye)) / world->factor;
     const double most = widestScale * room.picture().size().x * pixel;
     if (!(most > 0.0) || !std::isfinite(most)) return;
     const double length = roundLength(most), pixels = length / pixel;
     const glm::dvec2 left{margin * look.font, room.picture().high.y - margin * look.font - 0.5 * look.tick()};
     const glm::dvec2 right = left + glm::dvec2(pixels, 0.0), end(0.0, 0.5 * look.tick());
     const auto label =
-        room.text(lengthText(length, found->manifest->hybrid().world_unit()),
+        room.text(lengthText(length, world->unit),
                   0.5 * (left + right) - glm::dvec2(0.0, look.tick() + look.gap()), {0.5, 1.0});
     const Box taken{{left.x, boxAround(quadOf(label, room.typeface())).low.y}, right + end};
     if (!room.free(label) || !room.free(quadOf(taken))) return;

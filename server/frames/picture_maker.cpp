@@ -335,6 +335,7 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
                                                            Making& why) {
     MOTE_RETURN_IF_ERROR(checkTowards(job.task->view, steps_));
     View whole = job.task->view;
+    MOTE_RETURN_IF_ERROR(placeLayers(whole, steps_));
     MOTE_ASSIGN_OR_RETURN(const bool fitted, fitLayers(whole, steps_));
     View view = viewAt(std::move(whole), job.part ? job.part->place : nearestPlace);
     const auto stipples = [](const Layer& layer) {

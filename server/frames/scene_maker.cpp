@@ -13,6 +13,7 @@
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/dataset.h"
+#include "protocol/scene/space/metres.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view_message.h"
 #include "server/frames/layer_kinds.h"
@@ -90,6 +91,13 @@ void addAxes(const View& view, std::size_t index, std::optional<Bounds>& shown, 
 }
 
 }  // namespace
+
+Status placeLayers(View& view, StepSource& data) {
+    return mote::placeLayers(view, [&](const std::string& name, std::uint32_t step) -> Result<glm::dmat4> {
+        MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(name));
+        return placeInMetres(*entry.manifest, step, name);
+    });
+}
 
 Result<bool> fitLayers(View& view, StepSource& data) {
     if (!view.cameraFitted) return true;

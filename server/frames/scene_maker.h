@@ -27,6 +27,9 @@ inline Error inLayer(std::size_t index, const Error& error) {
 /// layer's place.
 Status checkTowards(const View& view, StepSource& data);
 
+/// Puts the layers of a view in metres where they lie. Errors: as mote::placeLayers(); notFound.
+Status placeLayers(View& view, StepSource& data);
+
 /// Fits the camera of a view that came without one to what its layers show, of a layer between two steps in
 /// both of them, and tells their boxes in View::shown. False where data are on their way: all that is missing
 /// was asked for. Errors: of StepSource, with the layer's place.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/scene/space/metres.h"
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/view_parts.h"
 #include "server/numbers/nearest_point.h"
@@ -70,7 +71,8 @@ class PickRun final : public QueryRun {
                               context_.selections.chosen(run, layer.step, selection, cancelled));
         const storage::ParticleStep& points = selected ? *selected : *numbers.points;
         auto found = best_;
-        if (!findNearest(points, fraction, view_, layer.transform, layer.clips(), place_, cancelled, found))
+        MOTE_ASSIGN_OR_RETURN(const auto place, placeOf(layer, run->manifest()));
+        if (!findNearest(points, fraction, view_, place, layer.clips(), place_, cancelled, found))
             return Error{ErrorCode::cancelled, "", "cancelled"};
         if (!found.before(best_)) return success();
         if (selected) found.point = selected->sources()[found.point];
@@ -79,6 +81,14 @@ class PickRun final : public QueryRun {
         run_ = run;
         numbers_ = numbers;
         return success();
+    }
+
+    /// Layer to world.
+    Result<glm::dmat4> placeOf(const Layer& layer, const proto::ParticlesManifest& plot) const {
+        if (!view_.metres) return layer.transform;
+        return layerToWorld(layer, *view_.metres, [&](const std::string& name, std::uint32_t step) {
+            return plotInMetres(plot, step, name);
+        });
     }
 
     Status tell(proto::Answer& answer, proto::Picked& picked) const {

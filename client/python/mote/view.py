@@ -120,6 +120,8 @@ class View:
         background: three numbers, sRGB, 0 to 1; default black.
         annotations: True (all), a title, or a dict with "axes", "colorBar", "scaleBar", "labels", "title", ...
         selections: {name: selection} that layers may name.
+        space: "metres": each layer lies where it is: a plot along x, y and z by its axes, volumes and meshes by their unit.
+        stretch: with space, what places in metres are times, along x, y and z.
         layer: further options of a Dataset's Layer: style, color_by, select, highlight, ...
 
     >>> mote.View(ds, step=-1, size=(1280, 720), color_by="energy", annotations=True).render()   # doctest: +SKIP
@@ -127,13 +129,15 @@ class View:
 
     def __init__(self, dataset: Union[Dataset, Layer, Sequence[Layer]], step: int = 0,
                  size: Tuple[int, int] = (1280, 720), *, camera: Optional[Mapping[str, Any]] = None, background: Any = None,
-                 annotations: Any = None, selections: Optional[Mapping[str, Selectable]] = None, **layer: Any) -> None:
+                 annotations: Any = None, selections: Optional[Mapping[str, Selectable]] = None,
+                 space: Optional[str] = None, stretch: Optional[Sequence[float]] = None, **layer: Any) -> None:
         layers = _layers(dataset, step, layer)
         named = [] if selections is None else _named(selections)
         width, height = _size(size)
         fields = {"width": width, "height": height, "background": background, "camera": camera,
                   "layers": [item.fields for item in layers], "annotations": _annotations(annotations),
-                  "selections": named}
+                  "selections": named, "space": space,
+                  "stretch": None if stretch is None else arguments.items(stretch, "stretch", "three numbers")}
         self._session = layers[0].session
         self._message = to_message("View", fields)
 

@@ -166,7 +166,7 @@ struct Handles::Picture {
 };
 
 void Handles::addCuts(const ViewModel& model, const Picture& picture, std::vector<Handle>& handles) const {
-    const auto transform = model.transform();
+    const auto transform = model.layerToWorld();
     const glm::dmat3 turned(transform);
     const auto clip = model.clip();
     const auto box = clipBoxOf(clip, picture.bounds);
@@ -349,7 +349,7 @@ bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
     if (held_ && mouse != held_->from) changed |= pull(model, picture, mouse);
     std::vector<Handle> handles;
     if (cuts) addCuts(model, picture, handles);
-    if (places) addPlaces(model, picture, handles);
+    if (places && !model.inMetres()) addPlaces(model, picture, handles);
     if (held_) {
         ImGui::SetTooltip("%s", said(model).c_str());
         if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) held_.reset();
@@ -363,7 +363,7 @@ bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
                                               static_cast<float>(handleRadius + 3.0) * area.scale,
                                               IM_COL32_WHITE, 0, 2.0F * area.scale);
     if (!ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return false;
-    held_ = Held{*nearest, mouse, model.clip(), model.transform()};
+    held_ = Held{*nearest, mouse, model.clip(), model.layerToWorld()};
     return true;
 }
 

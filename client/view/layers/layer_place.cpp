@@ -86,7 +86,7 @@ void drawCutAway(ViewModel& model, Handles& handles, const LayerPanel& panel) {
     drawClipPlanes(clip, *bounds, panel.actions);
     if (clip.planes_size() < mostClipPlanes && ImGui::Button("Cut in front of the middle"))
         cutBeforeMiddle(clip, *bounds,
-                        glm::dvec3(glm::inverse(model.transform()) * glm::dvec4(panel.eye, 1.0)));
+                        glm::dvec3(glm::inverse(model.layerToWorld()) * glm::dvec4(panel.eye, 1.0)));
     if (!(clip == before)) takeEdit(model.setClip(clip), panel.actions);
 }
 
@@ -94,6 +94,7 @@ void drawPlacement(ViewModel& model, Handles& handles, const LayerPanel& panel) 
     if (!model.layerBounds() || !handleSection("Place", handles.places)) return;
     auto transform = model.transform();
     const auto before = transform;
+    if (model.inMetres()) dim("In metres it is placed by numbers: there are no handles.");
     glm::dvec3 shift(transform[3]);
     if (typeNumbers("shift", shift)) transform[3] = glm::dvec4(shift, 1.0);
     if (auto placement = Placement::of(transform)) {

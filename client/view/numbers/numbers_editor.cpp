@@ -269,8 +269,9 @@ bool NumbersEditor::takeMouse(ViewModel& model, const NumbersArea& area, PanelAc
     if (!done.lasso.empty()) {
         const auto view = model.view(area.columns, area.rows);
         const double aspect = aspectOf(area);
-        takeGesture(model, lassoOn(model.camera(aspect), aspect, model.layer(), done.lasso), "lasso",
-                    actions);
+        takeGesture(model,
+                    lassoOn(model.camera(aspect), aspect, model.layer(), model.layerToWorld(), done.lasso),
+                    "lasso", actions);
         open = true;
     }
     if (done.pick) {

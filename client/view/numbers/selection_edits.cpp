@@ -8,6 +8,8 @@
 #include <functional>
 #include <utility>
 
+#include "protocol/scene/write_fields.h"
+
 namespace mote::client {
 namespace {
 
@@ -102,12 +104,12 @@ std::vector<std::string> conditionsOf(const proto::Selection& selection) {
 }  // namespace
 
 proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer& layer,
-                         std::span<const glm::dvec2> points) {
+                         const glm::dmat4& layerToWorld, std::span<const glm::dvec2> points) {
     proto::Selection selection;
     auto& lasso = *selection.mutable_lasso();
     *lasso.mutable_camera() = toProto(camera);
     lasso.set_aspect(aspect);
-    *lasso.mutable_transform() = layer.transform();
+    writeTransform(layerToWorld, lasso.mutable_transform());
     if (layer.has_clip()) *lasso.mutable_clip() = layer.clip();
     assignPoints(*lasso.mutable_points(), points);
     return selection;

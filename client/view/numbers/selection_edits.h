@@ -4,6 +4,7 @@
 // what they make is valid, parseNamedSelections() says.
 #pragma once
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <optional>
 #include <set>
@@ -27,9 +28,9 @@ enum class Combine {
 };
 
 /// What a closed line on a picture surrounds: points as parts of its width and height, y down. `layer` says
-/// where the particles lie.
+/// how the particles are cut, `layerToWorld` where they lie.
 proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer& layer,
-                         std::span<const glm::dvec2> points);
+                         const glm::dmat4& layerToWorld, std::span<const glm::dvec2> points);
 /// What lies in a polygon in the plane of two columns.
 proto::Selection polygonIn(const std::string& first, const std::string& second,
                            std::span<const glm::dvec2> points);

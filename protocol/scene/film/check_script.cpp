@@ -44,6 +44,14 @@ Status checkSameSize(const proto::View& first, const proto::View& view) {
                                first.width(), first.height(), view.width(), view.height()));
 }
 
+Status checkSameSpace(const proto::View& first, const proto::View& view) {
+    if (view.space() == first.space()) return success();
+    return invalid("view.space",
+                   first.space().empty()
+                       ? "all keyframes lie in one space, and the first does not say \"metres\""
+                       : fmt::format("all keyframes lie in one space, \"{}\" as the first", first.space()));
+}
+
 /// An easing, and whether the film has room for it.
 Status checkEasing(const std::string& word, bool constantSpeed) {
     const auto easing = parseEasing(word);
@@ -62,6 +70,7 @@ Status checkKeyframe(const proto::Script& script, int index) {
     MOTE_RETURN_IF_ERROR(checkEasing(keyframe.easing(), script.constant_speed()));
     if (!keyframe.has_view()) return invalid("view", "a keyframe needs a view");
     MOTE_RETURN_IF_ERROR(parseView(keyframe.view()), "view");
+    MOTE_RETURN_IF_ERROR(checkSameSpace(script.keyframes(0).view(), keyframe.view()));
     return checkSameSize(script.keyframes(0).view(), keyframe.view());
 }
 

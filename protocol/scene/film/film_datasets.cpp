@@ -58,14 +58,26 @@ Status checkDatasets(const proto::View& view, const FilmDatasets& datasets) {
     return success();
 }
 
-void fitToDatasets(View& view, const FilmDatasets& datasets) {
+Status placeAmong(View& view, const FilmDatasets& datasets) {
+    return placeLayers(view, [&](const std::string& name, std::uint32_t step) -> Result<glm::dmat4> {
+        const auto found = datasets.find(name);
+        return found != datasets.end() ? found->second.place.of(step, name) : glm::dmat4(1.0);
+    });
+}
+
+Status fitToDatasets(View& view, const FilmDatasets& datasets) {
+    if (!view.cameraFitted) return success();
+    View placed = view;
+    MOTE_RETURN_IF_ERROR(placeAmong(placed, datasets));
     std::vector<std::optional<LayerBox>> boxes;
     for (const auto& layer : view.layers) {
         const auto found = datasets.find(layer.dataset);
         boxes.emplace_back();
         if (found != datasets.end()) boxes.back() = LayerBox{found->second.bounds, found->second.outlook};
     }
-    fitLayers(view, boxes);
+    fitLayers(placed, boxes);
+    view.camera = placed.camera;
+    return success();
 }
 
 }  // namespace mote

@@ -12,6 +12,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/space/metres.h"
 #include "protocol/scene/view.h"
 
 namespace mote {
@@ -20,6 +21,7 @@ struct FilmDataset {
     Bounds bounds = plotBounds;           ///< layer space, as datasetBounds() tells
     int steps = 0;                        ///< as stepCount() tells: 0 of a dataset without time
     std::optional<Outlook> outlook = {};  ///< as datasetOutlook() tells
+    DatasetPlace place = {};              ///< as datasetPlace() tells
 };
 
 /// By "ROOT/NAME". It may hold more than a film shows: an error names what there is. Where a film leaves no
@@ -34,8 +36,12 @@ Status checkDatasets(const proto::View& view, const FilmDatasets& datasets);
 Status checkStep(const std::string& dataset, const FilmDataset& known, std::uint32_t step,
                  std::string_view field);
 
+/// Places the layers of a view in metres, as placeLayers(); of a dataset that is not known as if it lay in
+/// metres itself.
+Status placeAmong(View& view, const FilmDatasets& datasets);
+
 /// Fits the camera of a view that came without one, whose datasets are all known, to their boxes: of what a
-/// server shows it fits it to what is seen in them.
-void fitToDatasets(View& view, const FilmDatasets& datasets);
+/// server shows it fits it to what is seen in them. Errors: those of placeLayers().
+Status fitToDatasets(View& view, const FilmDatasets& datasets);
 
 }  // namespace mote

@@ -37,7 +37,7 @@ Result<std::vector<KeyframeTimeline::Keyframe>> KeyframeTimeline::read(const pro
         MOTE_RETURN_IF_ERROR(checkDatasets(message.view(), datasets), name + ".view");
         auto view = parseView(message.view());
         MOTE_RETURN_IF_ERROR(view, name + ".view");
-        fitToDatasets(*view, datasets);
+        MOTE_RETURN_IF_ERROR(fitToDatasets(*view, datasets), name + ".view");
         auto written = message.view();
         if (view->cameraFitted) *written.mutable_camera() = toProto(view->camera);
         view->cameraFitted = false;
@@ -140,6 +140,8 @@ proto::View KeyframeTimeline::between(const Place& place) const {
     view.background = mix(from.view.background, to.view.background, share);
     view.camera = path_.at(place.keyframe, cameraShare(place.keyframe, place.share));
     view.layers = layers_[place.keyframe].at(share);
+    if (from.view.metres && to.view.metres)
+        view.metres = Metres{mix(from.view.metres->stretch, to.view.metres->stretch, share)};
     view.annotations = mixAnnotations(from.view.annotations, to.view.annotations, share);
     return toProto(view);
 }

@@ -9,9 +9,8 @@
 namespace mote {
 namespace {
 
-constexpr double worldLimit = 1e12;     // of a coordinate: parseCamera
-constexpr double leastHeight = 1e-9;    // of a parallel projection
-constexpr double leastDistance = 2e-9;  // of the eye's own distance from the origin, and one
+constexpr double worldLimit = 1e12;   // of a coordinate: parseCamera
+constexpr double leastHeight = 1e-9;  // of a parallel projection
 
 }  // namespace
 
@@ -22,7 +21,7 @@ glm::dquat orientationOf(const Camera& camera) {
 Camera placed(Camera camera, const glm::dvec3& target, const glm::dvec3& offset) {
     camera.target = glm::clamp(target, -0.4 * worldLimit, 0.4 * worldLimit);
     const double distance = glm::length(offset);
-    const double least = leastDistance * (1.0 + glm::length(camera.target));
+    const double least = 2.0 * leastSight(camera.target);
     const double legal = std::clamp(distance, least, 0.4 * worldLimit);
     camera.eye = camera.target + (legal == distance ? offset : (legal / distance) * offset);
     camera.fovYDegrees = std::clamp(camera.fovYDegrees, leastFovYDegrees, mostFovYDegrees);

@@ -116,7 +116,7 @@ Result<std::unique_ptr<const Timeline>> MoveTimeline::create(const proto::Script
     MOTE_RETURN_IF_ERROR(checkDatasets(script.view(), datasets), "view");
     auto view = parseView(script.view());
     MOTE_RETURN_IF_ERROR(view, "view");
-    fitToDatasets(*view, datasets);
+    MOTE_RETURN_IF_ERROR(fitToDatasets(*view, datasets), "view");
     const auto between = script.between_steps() == "blend" ? BetweenSteps::blend : BetweenSteps::hold;
     std::unique_ptr<MoveTimeline> timeline(new MoveTimeline(script.view(), between));
     timeline->camera_ = view->camera;

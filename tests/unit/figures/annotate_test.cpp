@@ -255,6 +255,33 @@ TEST(Annotate, colorsStandOutFromTheBackground) {
     }
 }
 
+/// What the one scale bar of a picture says over what it is, in metres a pixel.
+double saidMetres(const std::vector<Mark>& marks) {
+    const std::string text = toPlain(textsOf(marks).at(0).text);
+    const auto unit = text.substr(text.find("\u2009") + 3);
+    static const std::map<std::string, double> units{
+        {"fm", 1e-15}, {"pm", 1e-12}, {"nm", 1e-9}, {"\u00b5m", 1e-6}, {"mm", 1e-3}, {"m", 1.0}, {"km", 1e3}};
+    const auto& bar = std::get<LineMark>(marks[0]);
+    return std::stod(text) * units.at(unit) / (bar.points[1].x - bar.points[0].x);
+}
+
+TEST(Annotate, scaleBarsOfMeshesAndOfMetres) {
+    auto mesh = std::make_shared<proto::Manifest>();
+    mesh->mutable_mesh();
+    mesh->set_world_unit("angstrom");
+    View view = viewOf(1000, 500);
+    *view.annotations = asked(false, false, true, false);
+    view.camera.orthographicHeight = 30.0;
+    const double worldOfPixel = 30.0 / 500.0;
+    EXPECT_NEAR(saidMetres(annotate(view, {{mesh}})), worldOfPixel * 1e-10, 1e-6 * worldOfPixel * 1e-10);
+    // In metres it is the world's, whatever the layers are.
+    view.metres = Metres{glm::dvec3(100.0), true};
+    view.layers[0].transform = glm::scale(glm::dmat4(1.0), glm::dvec3(1e-8, 1e-8, 2e-8));
+    EXPECT_NEAR(saidMetres(annotate(view, {{mesh}})), worldOfPixel / 100.0, 1e-6 * worldOfPixel / 100.0);
+    view.metres->stretch.z = 99.0;
+    EXPECT_TRUE(annotate(view, {{mesh}}).empty());
+}
+
 TEST(Annotate, theScaleBarIsAsLongAsItSays) {
     auto manifest = std::make_shared<proto::Manifest>();
     manifest->mutable_hybrid()->set_world_unit("mm");
@@ -273,15 +300,8 @@ TEST(Annotate, theScaleBarIsAsLongAsItSays) {
         const double pixels = bar.points[1].x - bar.points[0].x;
         EXPECT_GT(pixels, 90.0);  // at most 2.5 times less than a quarter
         EXPECT_LE(pixels, 250.0 + 1e-6);
-        const std::string text = toPlain(textsOf(marks)[0].text);
-        const double number = std::stod(text);
-        const auto unit = text.substr(text.find("\u2009") + 3);
-        static const std::map<std::string, double> units{{"fm", 1e-15},     {"pm", 1e-12}, {"nm", 1e-9},
-                                                         {"\u00b5m", 1e-6}, {"mm", 1e-3},  {"m", 1.0},
-                                                         {"km", 1e3}};
-        const double metres = units.at(unit);
-        EXPECT_NEAR(number * metres * 1e3, pixels * *view.camera.orthographicHeight / 500.0 / factor,
-                    1e-6 * number * metres * 1e3);
+        const double expected = *view.camera.orthographicHeight / 500.0 / factor * 1e-3;
+        EXPECT_NEAR(saidMetres(marks), expected, 1e-6 * expected);
         // Where directions have lengths of their own, none is true.
         view.layers[0].transform = glm::scale(view.layers[0].transform, glm::dvec3(1.0, 1.0, 1.1));
         EXPECT_TRUE(annotate(view, {{manifest}}).empty());

@@ -277,7 +277,7 @@ TEST(SelectionEdits, WhatAreShapesIsValidAndIsReadAsItWas) {
         const auto corners = test::anyPolygon(random, {0.0, 0.0}, {1.0, 1.0}, 20);
         proto::Layer layer;
         const auto camera = fitCamera(plotBounds, random.between(0.3, 3.0));
-        const auto lasso = parseSelection(lassoOn(camera, 1.5, layer, corners));
+        const auto lasso = parseSelection(lassoOn(camera, 1.5, layer, glm::dmat4(1.0), corners));
         ASSERT_TRUE(lasso.ok()) << lasso.error().toString();
         EXPECT_EQ(lasso->lasso->points, corners);
         const auto message = polygonIn("x", "px", corners);
