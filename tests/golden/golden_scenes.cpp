@@ -586,7 +586,7 @@ const std::vector<GoldenScene>& goldenScenes() {
         // of 255, of both devices. With four times as many slabs it is 9.
         {"twoLayers", 0.3, 0.3, 0.025, {50.0, 0.999, 64}},
         {"whiteBackground", 0.25, 0.25, 0.043},
-        {"steps", 0.25, 0.25, 0.04, {50.0, 0.98, 60}, 0.0, 128.0},
+        {"steps", 0.25, 0.24, 0.04, {50.0, 0.98, 60}, 0.0, 128.0},
         {"farAway", 0.3, 0.3, 0.03},
         {"onePixel", 1.0, 1.0, 1.0},
         {"oddSize", 0.3, 0.14, 0.12},

@@ -287,13 +287,14 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
         }
     };
     findShares(leaves, all);
-    extinction_.assign(count, 0.0);
+    std::vector<double> extinction(count, 0.0);
     t_.assign(count, 0.0);
     for (const auto& leaf : leaves) {
         forCells(leaf, [&](std::size_t cell, double part) {
-            extinction_[cell] += part * shares_[leaf.number] * leaf.extinction;
+            extinction[cell] += part * shares_[leaf.number] * leaf.extinction;
         });
     }
+    root_ = rootsOf(extinction);
     for (std::size_t cell = 0; cell < count; ++cell) {
         double sum = 0.0, moments = 0.0;
         around(cell, [&](std::size_t near) {
@@ -305,6 +306,46 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
         else if (sum > 0.0)
             t_[cell] = moments / sum;
     }
+}
+
+/// docs/PICTURE.md, "Volume": the mean square around a cell is a sum over pairs of the 27 cells in and around
+/// it.
+std::vector<double> VolumeField::rootsOf(const std::vector<double>& extinction) const {
+    std::vector<double> cubeRoots(extinction.size());
+    std::transform(extinction.begin(), extinction.end(), cubeRoots.begin(),
+                   [](double one) { return std::cbrt(one); });
+    // Along an axis: the integral of a cell's tent times those of two cells that lie so far from it.
+    const auto common = [](std::int64_t one, std::int64_t other) {
+        if (one == 0 && other == 0) return 0.5;
+        return one == -other ? 0.0 : 1.0 / 12.0;
+    };
+    const auto away = [](std::int64_t cell) {
+        return std::array<std::int64_t, 3>{cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1};
+    };
+    auto roots = cubeRoots;
+    for (std::int64_t cell = 0; cell < static_cast<std::int64_t>(roots.size()); ++cell) {
+        double& root = roots[static_cast<std::size_t>(cell)];
+        if (!(root > 0.0)) continue;
+        const std::array<std::int64_t, 3> place{cell % size_[0], cell / size_[0] % size_[1],
+                                                cell / (size_[0] * size_[1])};
+        std::vector<double> near;
+        for (std::int64_t i = 0; i < 27; ++i) {
+            auto at = away(i);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                at[axis] = std::clamp<std::int64_t>(place[axis] + at[axis], 0, size_[axis] - 1);
+            near.push_back(cubeRoots[index(first_[0] + at[0], first_[1] + at[1], first_[2] + at[2])]);
+        }
+        double squares = 0.0;
+        for (std::int64_t i = 0; i < 27; ++i) {
+            for (std::int64_t j = 0; j < 27; ++j) {
+                double integral = 1.0;
+                for (std::size_t axis = 0; axis < 3; ++axis) integral *= common(away(i)[axis], away(j)[axis]);
+                squares += near[static_cast<std::size_t>(i)] * near[static_cast<std::size_t>(j)] * integral;
+            }
+        }
+        root *= std::cbrt(root * root / squares);
+    }
+    return roots;
 }
 
 /// The cell of a level, at most the leaf's, that a leaf lies in.

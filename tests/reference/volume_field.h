@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
@@ -23,10 +24,10 @@ class VolumeField final : public Volume {
     VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style,
                 const render::PointValues* values = nullptr, const ColorMap* map = nullptr);
 
-    /// Extinction per unit length of layer space, trilinear between the cells' centres; the nearest value
-    /// beyond the outermost ones, and nothing where there are no cells.
-    double extinction(const glm::dvec3& inLayer) const { return between(extinction_, inLayer); }
-    /// Scaled log density, likewise; or the mean of values, as a share of their range.
+    /// Extinction per unit length of layer space: its cube root is trilinear between the cells' centres; the
+    /// nearest value beyond the outermost ones, and nothing where there are no cells.
+    double extinction(const glm::dvec3& inLayer) const { return std::pow(between(root_, inLayer), 3.0); }
+    /// Scaled log density, trilinear; or the mean of values, as a share of their range.
     double t(const glm::dvec3& inLayer) const { return between(t_, inLayer); }
     /// How much lies in the volume of what the curve gives it of a leaf, 0 to 1.
     double share(std::size_t leaf) const { return shares_.empty() ? 1.0 : shares_[leaf]; }
@@ -54,13 +55,14 @@ class VolumeField final : public Volume {
     /// `leaves`: those that are seen.
     void fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all);
     std::size_t index(std::int64_t x, std::int64_t y, std::int64_t z) const;
+    std::vector<double> rootsOf(const std::vector<double>& extinction) const;
     double between(const std::vector<double>& cells, const glm::dvec3& inLayer) const;
 
     TransferFunction transfer_;
     double edge_ = 2.0;  // of a cell, layer units
     int level_ = 0;
     std::array<std::int64_t, 3> first_{}, size_{};  // cells of that level
-    std::vector<double> extinction_, t_;            // of each, x fastest
+    std::vector<double> root_, t_;                  // of each, x fastest
     std::vector<double> shares_;                    // by leaf
 };
 

@@ -11,13 +11,14 @@
 namespace mote::render {
 namespace {
 
-std::uint32_t packed(float extinction, float t) {
-    const std::uint32_t high = (std::bit_cast<std::uint32_t>(extinction) + 0x8000U) & 0xffff0000U;
+std::uint32_t packed(float root, float t) {
+    const std::uint32_t high = (std::bit_cast<std::uint32_t>(root) + 0x8000U) & 0xffff0000U;
     return high | static_cast<std::uint32_t>(std::lround(std::clamp(t, 0.0F, 1.0F) * PackedVolume::fullT));
 }
 
 float extinctionOf(std::uint32_t word) {
-    return std::bit_cast<float>(word & 0xffff0000U);
+    const float root = std::bit_cast<float>(word & 0xffff0000U);
+    return root * root * root;
 }
 
 }  // namespace
@@ -31,7 +32,7 @@ PackedVolume::PackedVolume(const StepVolume& grid)
             const std::size_t from = grid.index(0, inside(y, size_.y), inside(z, size_.z));
             for (std::uint32_t x = 0; x < rowWords(); ++x) {
                 const std::size_t cell = from + inside(x, size_.x);
-                row[x] = packed(grid.extinction[cell], grid.t[cell]);
+                row[x] = packed(grid.root[cell], grid.t[cell]);
             }
         }
     });

@@ -21,7 +21,8 @@ namespace mote::render {
 ///
 /// It is padded by one cell on each side with its outermost values, so that interpolation within the box
 /// needs no clamping: the padded cell p (0 to size + 1) has its centre at (p - 1/2) / size of the box. A word
-/// is a cell: the upper half of its extinction as a float, and t in 65535ths; words lie side by side along x.
+/// is a cell: the upper half of its extinction's cube root as a float, and t in 65535ths; words lie side by
+/// side along x.
 class PackedVolume {
   public:
     static constexpr std::uint32_t fullT = 65535;

@@ -203,9 +203,8 @@ GlTexture volumeTexture(const glm::uvec3& size, const glm::vec2* cells) {
 GridVolume::GridVolume(const StepVolume& grid)
     : size_(grid.size), brickCells_(std::max(2U, (std::max({size_.x, size_.y, size_.z}) + 31) / 32)) {
     std::vector<glm::vec2> cells;
-    cells.reserve(grid.extinction.size());
-    for (std::size_t i = 0; i < grid.extinction.size(); ++i)
-        cells.emplace_back(grid.extinction[i], grid.t[i]);
+    cells.reserve(grid.root.size());
+    for (std::size_t i = 0; i < grid.root.size(); ++i) cells.emplace_back(grid.root[i], grid.t[i]);
     texture_ = volumeTexture(size_, cells.data());
     checkGl("a volume");
     const glm::uvec3 bricks = (size_ + brickCells_ - 1U) / brickCells_;
@@ -223,9 +222,8 @@ bool GridVolume::brickSeen(const StepVolume& grid, const glm::uvec3& brick) cons
                z = reach(brick.z, brickCells_, size_.z);
     for (std::uint32_t k = z.begin; k < z.end; ++k) {
         for (std::uint32_t j = y.begin; j < y.end; ++j) {
-            const float* const row = grid.extinction.data() + grid.index(0, j, k);
-            if (std::any_of(row + x.begin, row + x.end, [](float extinction) { return extinction > 0.0F; }))
-                return true;
+            const float* const row = grid.root.data() + grid.index(0, j, k);
+            if (std::any_of(row + x.begin, row + x.end, [](float root) { return root > 0.0F; })) return true;
         }
     }
     return false;

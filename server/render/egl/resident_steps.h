@@ -77,7 +77,7 @@ class StepPoints {
     std::vector<std::uint64_t> leavesInView_;
 };
 
-/// A texture of pairs, extinction and t, as shaders read a volume of so many cells.
+/// A texture of pairs, the cube root of extinction and t, as shaders read a volume of so many cells.
 GlTexture volumeTexture(const glm::uvec3& size, const glm::vec2* cells);
 
 /// A volume as a texture, and the bricks of its cells in which something is seen.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/step_volume.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <glm/common.hpp>
@@ -38,6 +41,83 @@ class LeafMatter {
     float density_ = -1.0F;
     double t_ = 0.0, extinction_ = 0.0;
 };
+
+/// The mean of the square of what is interpolated between cells' centres, around each of them: weighted by
+/// how much it counts there. Beyond the outermost cells their values hold. Polynomials of the third degree
+/// along each axis, so two places of Gauss in each interval tell it exactly.
+class SquaresAround {
+  public:
+    SquaresAround(const std::vector<float>& cells, const glm::uvec3& size)
+        : cells_(cells), size_(size), fromBelow_(cells.size(), 0.0F), fromAbove_(cells.size(), 0.0F) {
+        // An interval lies above the sheet of its number less one.
+        oneapi::tbb::parallel_for(0U, size.z + 1, [&](std::uint32_t z) { addIntervals(z); });
+    }
+    float operator[](std::size_t cell) const { return fromBelow_[cell] + fromAbove_[cell]; }
+
+  private:
+    /// The intervals between two sheets of centres, along z.
+    void addIntervals(std::uint32_t z) {
+        for (std::uint32_t y = 0; y <= size_.y; ++y) {
+            for (std::uint32_t x = 0; x <= size_.x; ++x) addInterval({x, y, z});
+        }
+    }
+
+    /// Corner i of an interval, x fastest, lies in the cell of the interval's number less 1, or in that of
+    /// its number; there may be no such cell.
+    bool isCell(const glm::uvec3& interval, unsigned i) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (interval[axis] == ((i >> axis & 1U) == 0U ? 0U : size_[axis])) return false;
+        }
+        return true;
+    }
+    std::size_t cellAt(const glm::uvec3& interval, unsigned i) const {
+        const glm::uvec3 corner = interval + glm::uvec3(i & 1U, i >> 1 & 1U, i >> 2);
+        const glm::uvec3 cell = glm::clamp(corner, glm::uvec3(1), size_) - 1U;
+        return (std::size_t{cell.z} * size_.y + cell.y) * size_.x + cell.x;
+    }
+
+    void addInterval(const glm::uvec3& interval) {
+        std::array<float, 8> values{};
+        for (unsigned i = 0; i < 8; ++i) values[i] = cells_[cellAt(interval, i)];
+        if (std::none_of(values.begin(), values.end(), [](float value) { return value > 0.0F; })) return;
+        mixAlongAxes(values);
+        for (float& value : values) value *= 0.125F * value;
+        mixAlongAxes(values);
+        // Intervals above and below a sheet of centres may be added at once: each has a sum of its own there.
+        for (unsigned i = 0; i < 8; ++i) {
+            if (isCell(interval, i)) (i < 4 ? fromAbove_ : fromBelow_)[cellAt(interval, i)] += values[i];
+        }
+    }
+
+    /// From the ends of an interval to its places of Gauss, and back.
+    static void mixAlongAxes(std::array<float, 8>& values) {
+        constexpr float near = 0.78867513F, far = 0.21132487F;  // (1 + 1 / sqrt(3)) / 2, and the rest
+        for (std::size_t axis = 1; axis < 8; axis *= 2) {
+            for (std::size_t i = 0; i < 8; ++i) {
+                if ((i & axis) != 0) continue;
+                const float low = values[i], high = values[i | axis];
+                values[i] = near * low + far * high;
+                values[i | axis] = far * low + near * high;
+            }
+        }
+    }
+
+    const std::vector<float>& cells_;
+    const glm::uvec3 size_;
+    std::vector<float> fromBelow_, fromAbove_;
+};
+
+/// docs/PICTURE.md, "Volume": the roots, such that what lies around a cell's centre is what the cell holds.
+std::vector<float> rootsOf(const std::vector<double>& extinction, const glm::uvec3& size) {
+    std::vector<float> roots(extinction.size());
+    std::transform(extinction.begin(), extinction.end(), roots.begin(),
+                   [](double one) { return static_cast<float>(std::cbrt(one)); });
+    const SquaresAround squares(roots, size);
+    for (std::size_t cell = 0; cell < roots.size(); ++cell) {
+        if (roots[cell] > 0.0F) roots[cell] *= std::cbrt(roots[cell] * roots[cell] / squares[cell]);
+    }
+    return roots;
+}
 
 /// What is summed up in the cells.
 class Summation {
@@ -121,13 +201,13 @@ class Summation {
     StepVolume finish() {
         StepVolume volume{.level = grid_.level, .first = grid_.low, .size = grid_.size()};
         shareLeaves(volume);
-        volume.extinction.assign(extinction_.begin(), extinction_.end());
         volume.t.assign(extinction_.size(), 0.0F);
         grid_.forEach([&](const glm::uvec3&, std::size_t at) {
             if (colored_[at] > 0.0) volume.t[at] = static_cast<float>(moment_[at] / colored_[at]);
         });
         spreadColors(volume);
         if (!volume.share.empty()) takeShares(volume);
+        volume.root = rootsOf(extinction_, volume.size);
         return volume;
     }
 
@@ -156,13 +236,12 @@ class Summation {
             volume.share = {};
     }
 
-    void takeShares(StepVolume& volume) {
+    void takeShares(const StepVolume& volume) {
         std::fill(extinction_.begin(), extinction_.end(), 0.0);
         forSeen([&](std::size_t leaf, const LeafMatter& matter) {
             const double extinction = volume.shareOf(leaf) * matter.extinction();
             forCells(leaf, [&](std::size_t cell, double part) { extinction_[cell] += part * extinction; });
         });
-        volume.extinction.assign(extinction_.begin(), extinction_.end());
     }
 
     const storage::ParticleStep& step_;
@@ -185,7 +264,7 @@ glm::dmat4 StepVolume::toPlot() const {
 }
 
 std::uint64_t StepVolume::bytes() const {
-    return sizeof(float) * (extinction.capacity() + t.capacity()) + share.capacity();
+    return sizeof(float) * (root.capacity() + t.capacity()) + share.capacity();
 }
 
 StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer,
@@ -201,17 +280,19 @@ StepVolume roughStepVolume(const storage::ParticleStep& step, const TransferFunc
             Error{ErrorCode::corrupt, "/volume/density", "the volume's size is not its shape"});
     }
     StepVolume grid{.level = static_cast<unsigned>(std::countr_zero(side)), .size = glm::uvec3(side)};
-    grid.extinction.assign(densities.size(), 0.0F);
+    std::vector<double> extinction(densities.size(), 0.0);
     grid.t.assign(densities.size(), 0.0F);
     LeafMatter matter(transfer, step.logDensity());
     bool any = false;
     for (std::size_t i = 0; i < densities.size(); ++i) {
         if (!(densities[i] > 0.0F) || !matter.look(densities[i])) continue;
-        grid.extinction[i] = static_cast<float>(matter.extinction());
+        extinction[i] = matter.extinction();
         grid.t[i] = static_cast<float>(matter.t());
         any = true;
     }
-    return any ? grid : StepVolume{};
+    if (!any) return {};
+    grid.root = rootsOf(extinction, grid.size);
+    return grid;
 }
 
 }  // namespace mote::render

@@ -2,8 +2,10 @@
 //
 // StepVolume: what a step's leaves show of themselves as a volume, counted into cells (docs/PICTURE.md,
 // "Volume"): made of the leaves and a transfer function, so that the optical depth of a ray is that of the
-// leaves as boxes of their own density, whatever the cells. Immutable once made; shared by the pictures of a
-// step in one style; safe on any number of threads.
+// leaves as boxes of their own density, whatever the cells. The cube root of extinction is what is
+// interpolated: what is dense ends where its cells do, and not where the cells beyond begin to hold nothing,
+// which would be seen as steps. Immutable once made; shared by the pictures of a step in one style; safe on
+// any number of threads.
 #pragma once
 
 #include <cstddef>
@@ -22,16 +24,18 @@ struct StepVolume {
     static constexpr unsigned deepest = 12;                             ///< level of cells
     static constexpr std::uint64_t mostCells = std::uint64_t{1} << 21;  ///< in all
 
-    unsigned level = 0;                  ///< cells are those of this level of the octree
-    glm::uvec3 first{0}, size{1};        ///< the cells that there are, from the first
-    std::vector<float> extinction = {};  ///< per unit length of layer space, of each cell, x fastest
-    std::vector<float> t =
-        {};  ///< gives a cell its colour, 0 to 1: scaled log density, or a share of a range
+    unsigned level = 0;            ///< cells are those of this level of the octree
+    glm::uvec3 first{0}, size{1};  ///< the cells that there are, from the first
+    /// At the centre of each cell, x fastest: the cube root of the extinction per unit length of layer space.
+    /// It is interpolated, and cubed there.
+    std::vector<float> root = {};
+    /// Gives a cell its colour, 0 to 1: scaled log density, or a share of a range.
+    std::vector<float> t = {};
     /// By leaf, in 255ths: how much of what the transfer function shows of it lies in the volume, what is
     /// left being points, as it is too thin for the cells. Empty: all of all leaves.
     std::vector<std::uint8_t> share = {};
 
-    bool empty() const { return extinction.empty(); }
+    bool empty() const { return root.empty(); }
     std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
         return (std::size_t{z} * size.y + y) * size.x + x;
     }

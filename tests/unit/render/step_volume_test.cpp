@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-#include <numeric>
 #include <random>
 
 #include "protocol/scene/particles_style.h"
 #include "server/render/plan/point_selection.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
+#include "tests/support/volume_matter.h"
 
 namespace mote::render {
 namespace {
@@ -86,11 +86,9 @@ TEST(StepVolume, HoldsAllThatItsLeavesShowWhateverTheCurveAndTheCells) {
         const auto transfer = shown(knots);
         const auto volume = stepVolume(*step, transfer);
         ASSERT_FALSE(volume.empty());
-        EXPECT_LE(volume.extinction.size(), std::size_t{1} << (3 * (seed % 7)));
-        const double cell = std::ldexp(1.0, -3 * static_cast<int>(volume.level));
-        const double sum = std::accumulate(volume.extinction.begin(), volume.extinction.end(), 0.0) * cell;
+        EXPECT_LE(volume.root.size(), std::size_t{1} << (3 * (seed % 7)));
         const double expected = matterOfLeaves(*step, transfer, volume);
-        EXPECT_NEAR(sum, expected, 1e-5 * expected) << seed;  // cells are floats
+        EXPECT_NEAR(test::matterOf(volume), expected, 0.05 * expected) << seed;
     }
 }
 
@@ -187,8 +185,8 @@ TEST(StepVolume, WithoutTheOctreeItIsThatOfTheStepsOwnCells) {
     const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
     const auto rough = roughStepVolume(*step, transfer);
     EXPECT_EQ(rough.size, glm::uvec3(16));
-    for (std::size_t i = 0; i < rough.extinction.size(); ++i)
-        EXPECT_EQ(rough.extinction[i] > 0.0F, step->volume()[i] > 0.0F);
+    for (std::size_t i = 0; i < rough.root.size(); ++i)
+        EXPECT_EQ(rough.root[i] > 0.0F, step->volume()[i] > 0.0F);
 }
 
 TEST(SelectPoints, WeighsPointsByTheMeanOfTheirLeaf) {

@@ -238,9 +238,9 @@ HWY_INLINE IntV cellOffset(const DensitySource& source, const Whole& x, const Wh
     return hn::BitCast(Ints(), hn::Sub(biased, hn::Set(words, Whole::bias * (source.rowBytes + 4U))));
 }
 
-/// What lies at a place: extinction, and t as the cells have it.
+/// What lies at a place: the cube root of extinction, and t as the cells have it.
 struct Density {
-    V extinction, t;
+    V root, t;
 };
 
 /// The two cells of a read, at a share of the way from the first to the second.
@@ -248,17 +248,16 @@ HWY_INLINE Density alongX(const WordPairs& cells, V share) {
     const Floats d;
     const Words words;
     const Ints ints;
-    const WordV extinctionBits = hn::Set(words, 0xffff0000U), tBits = hn::Set(words, 0xffffU);
+    const WordV rootBits = hn::Set(words, 0xffff0000U), tBits = hn::Set(words, 0xffffU);
     const auto mean = [&](V low, V high) HWY_ATTR { return hn::MulAdd(share, hn::Sub(high, low), low); };
-    const auto extinction = [&](WordV cell)
-                                HWY_ATTR { return hn::BitCast(d, hn::And(cell, extinctionBits)); };
+    const auto root = [&](WordV cell) HWY_ATTR { return hn::BitCast(d, hn::And(cell, rootBits)); };
     const auto t = [&](WordV cell)
                        HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(ints, hn::And(cell, tBits))); };
-    return {mean(extinction(cells.low), extinction(cells.high)), mean(t(cells.low), t(cells.high))};
+    return {mean(root(cells.low), root(cells.high)), mean(t(cells.low), t(cells.high))};
 }
 
 HWY_INLINE Density between(const Density& low, const Density& high, V share) {
-    return {hn::MulAdd(share, hn::Sub(high.extinction, low.extinction), low.extinction),
+    return {hn::MulAdd(share, hn::Sub(high.root, low.root), low.root),
             hn::MulAdd(share, hn::Sub(high.t, low.t), low.t)};
 }
 
@@ -285,7 +284,8 @@ HWY_INLINE TableReads readTable(const DensitySource& source, V way, const Densit
     static_assert(sizeof(TransferTable::Entry) == 1 << 4);
     const IntV color = hn::GatherOffset(ints, reinterpret_cast<const std::int32_t*>(&source.entries->color),
                                         hn::ShiftLeft<4>(entry));
-    const V extinction = hn::Mul(hn::Max(density.extinction, hn::Zero(d)), hn::Set(d, source.strength));
+    const V root = hn::Max(density.root, hn::Zero(d));
+    const V extinction = hn::Mul(hn::Mul(hn::Mul(root, root), root), hn::Set(d, source.strength));
     return {way, extinction, place, hn::BitCast(Words(), color)};
 }
 

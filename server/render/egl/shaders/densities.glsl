@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Volumes of particles along a ray, for composite.comp: what is found at a depth and between depths.
 
-layout(binding = 0) uniform sampler3D volumes[LAYERS - GRIDS];   // extinction; scaled log density
+layout(binding = 0) uniform sampler3D volumes[LAYERS - GRIDS];   // cube root of extinction; scaled log density
 
 const float fade = 0.125;   // LogDensity::fade
 const float mostOff = 0.002;   // by which the optical depth of a segment may differ from what its ends say
@@ -46,7 +46,8 @@ Sample particlesAt(uint l, float slab) {
     float cell = clamp(floor((found.y + fade) * (tableCells / (1.0 + fade)) + 1.0), 1.0, tableCells);
     uint color = texelFetch(tables, int(l) * int(tableEntries) + int(cell)).z;
     vec3 root = vec3(color & 1023u, (color >> 10) & 1023u, color >> 20) * (1.0 / 1023.0);
-    return Sample(0.0, cell, max(found.x, 0.0) * frame.layers[l].cells.w, 1e30, root * root);
+    float cubeRoot = max(found.x, 0.0);
+    return Sample(0.0, cell, cubeRoot * cubeRoot * cubeRoot * frame.layers[l].cells.w, 1e30, root * root);
 }
 
 void enlarge(inout Piece piece, float times) {
