@@ -4,12 +4,41 @@
 // others or alone, and the numbers beside are theirs.
 import {clone, create} from '@bufbuild/protobuf';
 import {h, icon, tell, trimmed} from './dom';
-import {HighlightSchema, SelectionSchema, type Selection} from './generated/protocol/mote_pb';
+import {HighlightSchema, SelectionSchema, type Layer, type ParticlesManifest, type Selection, type View} from
+    './generated/protocol/mote_pb';
 import type {Gestures, Point} from './gestures';
 import {columnsOf} from './layers';
 import type {Model} from './model';
 
 const mostCorners = 400;
+
+/// From a step's box to metres, row by row, of a plot along x, y and z.
+function placeOf(plot: ParticlesManifest, step: number): number[] {
+    const before = plot.axes.slice(3 * (1 + step), 3 * (2 + step));  // where they stood before a step had its own
+    const own = plot.steps[step]?.axes ?? [];
+    const place = new Array<number>(16).fill(0);
+    place[15] = 1;
+    (own.length === 3 ? own : before.length === 3 ? before : plot.axes.slice(0, 3)).forEach((axis, i) => {
+        const along = 'xyz'.indexOf(axis.name);
+        place[4 * along + i] = (axis.max - axis.min) / 2;
+        place[4 * along + 3] = (axis.max + axis.min) / 2;
+    });
+    return place;
+}
+
+/// Layer to world, row by row: of a view in metres what its place undergoes (docs/PICTURE.md, "Layers in metres").
+function worldOf(view: View, layer: Layer, plot: ParticlesManifest | undefined): number[] {
+    if (view.space === '' || !plot) return layer.transform;
+    const {step, share} = layer.towards ?? {step: layer.step, share: 0};
+    const next = placeOf(plot, step);
+    const place = placeOf(plot, layer.step).map((value, i) => value * (1 - share) + next[i]! * share);
+    const own = layer.transform.length === 16 ? layer.transform : [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+    return place.map((_, at) => {
+        const [row, column] = [at >> 2, at & 3];
+        const sum = [0, 1, 2, 3].reduce((all, k) => all + own[4 * row + k]! * place[4 * k + column]!, 0);
+        return sum * (view.stretch[row] ?? 1);
+    });
+}
 
 export class SelectionPanel {
     onChange: () => void = () => {};
@@ -115,13 +144,14 @@ export class SelectionPanel {
         this.sketch(done ? [] : points);
         if (!done) return;
         this.toggleLasso();
-        const {camera, size, layer} = this.model;
+        const {camera, size, layer, view, manifest} = this.model;
         if (points.length < 3 || !camera || !layer) return;
         const every = Math.ceil(points.length / mostCorners);
         const corners = points.filter((_, i) => i % every === 0);
         this.show(create(SelectionSchema, {
             step: this.madeIn(),
-            lasso: {camera, aspect: size.width / size.height, transform: layer.transform, points: corners.map((point) => ({
+            lasso: {camera, aspect: size.width / size.height, transform: worldOf(view, layer, manifest?.particles),
+                    points: corners.map((point) => ({
                 values: [point.x, point.y].map((value) => ({kind: {case: 'numberValue' as const, value}})),
             }))},
         }), !!layer.select);
