@@ -15,7 +15,8 @@ luminance (ITU-R BT.709), upright, and laid on white where it is transparent. In
 linear, unless the file says something else.)";
 
 void addImage(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("image", "Make an image dataset, for stippled photographs");
+    const auto command =
+        program.subcommand("image", "Make an image dataset: a picture behind a view, or one to be stippled");
     const auto job = std::make_shared<AskedJob>();
     fieldOption(command, job->request, "image.input", "The picture", "FILE").required();
     addDatasetOptions(command, line, job);

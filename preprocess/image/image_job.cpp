@@ -38,7 +38,7 @@ Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const fs::
             fmt::format("{} pixels are not finite numbers and were taken as white", picture.invalid));
     }
     progress.report(0.85, "writing");
-    MOTE_RETURN_IF_ERROR(storage::writeImage(writer.directory(), picture.luminance));
+    MOTE_RETURN_IF_ERROR(storage::writeImage(writer.directory(), picture.luminance, picture.colors));
     return finishDataset(writer, {storage::imageName}, describe(request, input, output, picture), progress);
 }
 

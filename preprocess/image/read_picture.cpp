@@ -164,6 +164,29 @@ class Decoder {
     double gamma_ = 1.0;
 };
 
+/// Values of a picture, as many to each pixel, in the order in which they lie when it stands upright.
+template <class T>
+std::vector<T> turned(std::vector<T> values, std::size_t width, std::size_t height, int orientation) {
+    if (orientation < 2 || orientation > 8) return values;
+    // Exif 2.3, table of orientations: which sides of the stored picture are the top and the left one.
+    const bool transposed = orientation >= 5;
+    const bool fromRight = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+    const bool fromBottom = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+    const std::size_t each = values.size() / (width * height);
+    std::vector<T> result;
+    result.reserve(values.size());
+    for (std::size_t y = 0; y < (transposed ? width : height); ++y) {
+        for (std::size_t x = 0; x < (transposed ? height : width); ++x) {
+            const std::size_t alongX = transposed ? y : x, alongY = transposed ? x : y;
+            const std::size_t column = fromRight ? width - 1 - alongX : alongX;
+            const std::size_t row = fromBottom ? height - 1 - alongY : alongY;
+            const auto from = values.begin() + static_cast<std::ptrdiff_t>(each * (row * width + column));
+            result.insert(result.end(), from, from + static_cast<std::ptrdiff_t>(each));
+        }
+    }
+    return result;
+}
+
 class PictureReader {
   public:
     PictureReader(fs::path path, Progress& progress) : path_(std::move(path)), progress_(progress) {}
@@ -185,6 +208,8 @@ class PictureReader {
         MOTE_RETURN_IF_ERROR(readPixels());
         MOTE_RETURN_IF_ERROR(applyDisplayWindow());
         const int orientation = spec_.get_int_attribute("Orientation", 1);
+        const auto& [width, height, values] = picture_.luminance;
+        if (picture_.color) picture_.colors = turned(std::move(picture_.colors), width, height, orientation);
         picture_.luminance = upright(std::move(picture_.luminance), orientation);
         return std::move(picture_);
     }
@@ -228,8 +253,10 @@ class PictureReader {
         stripRows_ = std::max(1, spec_.tile_width > 0 ? spec_.tile_height : 64);
         const auto strip = static_cast<std::uint64_t>(spec_.width) * spec_.nchannels * sizeof(float) *
                            static_cast<std::uint64_t>(std::min(stripRows_, spec_.height));
-        const std::uint64_t needed = 2 * pixels * sizeof(float) + strip;
-        const std::uint64_t limit = memory > 0 ? memory : 4 * storage::maxImagePixels * sizeof(float);
+        // Twice, while it is turned upright.
+        const std::uint64_t ofPixel = sizeof(float) + (isColor() ? 3 * sizeof(std::uint16_t) : 0);
+        const std::uint64_t needed = 2 * pixels * ofPixel + strip;
+        const std::uint64_t limit = memory > 0 ? memory : 8 * storage::maxImagePixels * sizeof(float);
         if (needed <= limit) return success();
         return Error{ErrorCode::resourceExhausted, path_.string(),
                      fmt::format("takes {} MiB of memory to read; the limit is {} MiB", (needed >> 20) + 1,
@@ -256,14 +283,17 @@ class PictureReader {
         return success();
     }
 
+    bool isColor() const { return spec_.nchannels - (spec_.alpha_channel >= 0 ? 1 : 0) >= 3; }
+
     Status readPixels() {
-        picture_.color = spec_.nchannels - (spec_.alpha_channel >= 0 ? 1 : 0) >= 3;
+        picture_.color = isColor();
         picture_.transparent = spec_.alpha_channel >= 0;
         straight_ = spec_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
         auto& luminance = picture_.luminance;
         luminance.width = static_cast<std::uint32_t>(spec_.width);
         luminance.height = static_cast<std::uint32_t>(spec_.height);
         luminance.values.resize(static_cast<std::size_t>(spec_.width) * luminance.height);
+        if (picture_.color) picture_.colors.resize(3 * luminance.values.size());
         const Decoder decode(picture_.colorSpace == "sRGB", gamma_);
         std::vector<float> strip(static_cast<std::size_t>(spec_.width) * spec_.nchannels *
                                  static_cast<std::size_t>(std::min(stripRows_, spec_.height)));
@@ -291,26 +321,38 @@ class PictureReader {
             width * height > static_cast<std::int64_t>(storage::maxImagePixels)) {
             return corrupt(fmt::format("has a display window of {} x {} pixels", width, height));
         }
-        const auto& from = picture_.luminance;
-        storage::Luminance shown{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
-        shown.values.resize(static_cast<std::size_t>(width * height), picture_.transparent ? 1.0F : 0.0F);
-        for (std::int64_t y = 0; y < height; ++y) {
-            const std::int64_t row = y + spec_.full_y - spec_.y;
-            if (row < 0 || row >= spec_.height) continue;
-            for (std::int64_t x = 0; x < width; ++x) {
-                const std::int64_t column = x + spec_.full_x - spec_.x;
-                if (column < 0 || column >= spec_.width) continue;
-                shown.values[static_cast<std::size_t>(y * width + x)] =
-                    from.at(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
-            }
-        }
+        const float paper = picture_.transparent ? 1.0F : 0.0F;
+        picture_.luminance = {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+                              windowOf(picture_.luminance.values, paper)};
+        if (picture_.color) picture_.colors = windowOf(picture_.colors, storage::halfBits(paper));
         progress_.note(fmt::format(
             "its pixels are {} x {} at ({}, {}); the display window of {} x {} is the picture, and is {} "
             "where there are none",
             spec_.width, spec_.height, spec_.x - spec_.full_x, spec_.y - spec_.full_y, width, height,
             picture_.transparent ? "white" : "black"));
-        picture_.luminance = std::move(shown);
         return success();
+    }
+
+    /// Of values, as many to each pixel, those in the display window; `paper` where there are none.
+    template <class T>
+    std::vector<T> windowOf(const std::vector<T>& values, T paper) const {
+        const auto width = static_cast<std::size_t>(spec_.width);
+        const std::size_t each = values.size() / (width * static_cast<std::size_t>(spec_.height));
+        const auto shownWidth = static_cast<std::size_t>(spec_.full_width);
+        std::vector<T> shown(each * shownWidth * static_cast<std::size_t>(spec_.full_height), paper);
+        const std::int64_t right = std::int64_t{spec_.x} - spec_.full_x,
+                           down = std::int64_t{spec_.y} - spec_.full_y;
+        const std::int64_t first = std::max<std::int64_t>(right, 0);
+        const std::int64_t last = std::min<std::int64_t>(right + spec_.width, spec_.full_width);
+        for (std::int64_t row = 0; row < spec_.height && first < last; ++row) {
+            if (row + down < 0 || row + down >= spec_.full_height) continue;
+            const auto from =
+                values.begin() + static_cast<std::ptrdiff_t>(each) * (row * spec_.width + first - right);
+            const auto to =
+                shown.begin() + static_cast<std::ptrdiff_t>(each) * ((row + down) * spec_.full_width + first);
+            std::copy_n(from, static_cast<std::ptrdiff_t>(each) * (last - first), to);
+        }
+        return shown;
     }
 
     bool readStrip(int row, int rows, float* to) {
@@ -327,25 +369,38 @@ class PictureReader {
         const auto count = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(rows);
         const auto first = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(row);
         for (std::size_t i = 0; i < count; ++i) {
-            const float value = onWhite(decode, &strip[i * static_cast<std::size_t>(spec_.nchannels)]);
-            const bool finite = std::isfinite(value);
+            const auto [light, color] =
+                onWhite(decode, &strip[i * static_cast<std::size_t>(spec_.nchannels)]);
+            const bool finite = std::isfinite(light);
             picture_.invalid += finite ? 0 : 1;
-            picture_.luminance.values[first + i] = finite ? std::max(value, 0.0F) : 1.0F;
+            picture_.luminance.values[first + i] = finite ? std::max(light, 0.0F) : 1.0F;
+            for (std::size_t c = 0; picture_.color && c < 3; ++c)
+                picture_.colors[3 * (first + i) + c] = storage::halfBits(finite ? color[c] : 1.0F);
         }
     }
 
+    /// Luminance, and of a picture in colour its components.
+    struct PixelLight {
+        float luminance;
+        std::array<float, 3> color;
+    };
+
     /// Light that a pixel on white paper sends back. Colours are multiplied by alpha where the format says
     /// so.
-    float onWhite(const Decoder& decode, const float* pixel) const {
+    PixelLight onWhite(const Decoder& decode, const float* pixel) const {
         const float alpha = picture_.transparent ? std::clamp(pixel[spec_.alpha_channel], 0.0F, 1.0F) : 1.0F;
         const bool divide = !straight_ && alpha > 0.0F && alpha < 1.0F;
         const auto channel = [&](int c) { return decode(divide ? pixel[c] / alpha : pixel[c]); };
-        const int grey = spec_.alpha_channel == 0 && spec_.nchannels > 1 ? 1 : 0;
-        const float light = picture_.color
-                                ? 0.2126F * channel(0) + 0.7152F * channel(1) + 0.0722F * channel(2)
-                                : channel(grey);
-        if (!picture_.transparent) return light;
-        return light * (straight_ || alpha > 0.0F ? alpha : 1.0F) + 1.0F - alpha;
+        const auto laid = [&](float light) {
+            return picture_.transparent ? light * (straight_ || alpha > 0.0F ? alpha : 1.0F) + 1.0F - alpha
+                                        : light;
+        };
+        if (!picture_.color) {
+            const int grey = spec_.alpha_channel == 0 && spec_.nchannels > 1 ? 1 : 0;
+            return {laid(channel(grey)), {}};
+        }
+        const float red = channel(0), green = channel(1), blue = channel(2);
+        return {laid(0.2126F * red + 0.7152F * green + 0.0722F * blue), {laid(red), laid(green), laid(blue)}};
     }
 
     fs::path path_;
@@ -361,23 +416,9 @@ class PictureReader {
 }  // namespace
 
 storage::Luminance upright(storage::Luminance picture, int orientation) {
-    if (orientation < 2 || orientation > 8) return picture;
-    // Exif 2.3, table of orientations: which sides of the stored picture are the top and the left one.
-    const bool transposed = orientation >= 5;
-    const bool fromRight = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
-    const bool fromBottom = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
-    storage::Luminance turned{picture.width, picture.height, std::vector<float>(picture.values.size())};
-    if (transposed) std::swap(turned.width, turned.height);
-    for (std::size_t y = 0; y < turned.height; ++y) {
-        for (std::size_t x = 0; x < turned.width; ++x) {
-            const std::size_t alongX = transposed ? y : x;
-            const std::size_t alongY = transposed ? x : y;
-            turned.values[y * turned.width + x] =
-                picture.at(fromRight ? picture.width - 1 - alongX : alongX,
-                           fromBottom ? picture.height - 1 - alongY : alongY);
-        }
-    }
-    return turned;
+    picture.values = turned(std::move(picture.values), picture.width, picture.height, orientation);
+    if (orientation >= 5 && orientation <= 8) std::swap(picture.width, picture.height);
+    return picture;
 }
 
 Result<const char*> pictureFormat(const std::filesystem::path& path) {

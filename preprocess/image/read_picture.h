@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A picture file as linear luminance: PNG, JPEG, TIFF or OpenEXR, of 8, 16 or 32 bits or floats, grey or in
+// A picture file as linear light: PNG, JPEG, TIFF or OpenEXR, of 8, 16 or 32 bits or floats, grey or in
 // colour, upright (as its orientation says), laid on white if it is transparent. Its format is told by its
 // first bytes and not by its name: OpenImageIO would try a hundred formats on a file that nobody vouches for.
 // Called from one thread.
@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "preprocess/job.h"
 #include "protocol/scene/error.h"
@@ -26,10 +27,11 @@ Result<const char*> pictureFormat(const std::filesystem::path& path);
 
 struct Picture {
     storage::Luminance luminance;
-    std::string colorSpace;     ///< how the file encodes intensity: "sRGB", "linear" or "gamma 2.2"
-    bool color = false;         ///< three channels, of which the luminance is that of ITU-R BT.709
-    bool transparent = false;   ///< had an alpha channel
-    std::uint64_t invalid = 0;  ///< pixels that are not finite, taken as white
+    std::vector<std::uint16_t> colors;  ///< linear RGB of each pixel (storage::halfBits); none of a grey one
+    std::string colorSpace;             ///< how the file encodes intensity: "sRGB", "linear" or "gamma 2.2"
+    bool color = false;                 ///< three channels, of which the luminance is that of ITU-R BT.709
+    bool transparent = false;           ///< had an alpha channel
+    std::uint64_t invalid = 0;          ///< pixels that are not finite, taken as white
 };
 
 /// `memory` in bytes: what reading may take; 0: what the largest picture takes (2^28 pixels). Errors:

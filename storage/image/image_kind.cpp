@@ -28,8 +28,9 @@ Status checkImage(const proto::Manifest& manifest, const FileNames& files) {
 }
 
 void verifyImage(DatasetVerifier& verifier) {
-    verifier.arrayFile(imageName, [](const auto& directory, const auto& manifest) {
-        return readImage(directory, manifest);
+    verifier.arrayFile(imageName, [](const auto& directory, const auto& manifest) -> Result<ColorImage> {
+        MOTE_RETURN_IF_ERROR(readImage(directory, manifest));
+        return readColors(directory, manifest);
     });
 }
 

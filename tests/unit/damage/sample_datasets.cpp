@@ -215,7 +215,10 @@ void writeImage(const std::filesystem::path& output, std::uint32_t width, std::u
     manifest.mutable_image()->set_width(picture.width);
     manifest.mutable_image()->set_height(picture.height);
     auto writer = writerOf(output);
-    must(storage::writeImage(writer.directory(), picture));
+    std::vector<std::uint16_t> colors;
+    for (std::uint32_t i = 0; i < 3 * width * height; ++i)
+        colors.push_back(storage::halfBits(static_cast<float>(i % 61) / 45.0F));
+    must(storage::writeImage(writer.directory(), picture, colors));
     publish(writer, {storage::imageName}, manifest);
 }
 
@@ -305,7 +308,7 @@ std::vector<std::string> surfaceLayers() {
 }
 
 std::vector<std::string> pictureLayers() {
-    return {"{'dataset': 'plane', 'stipple': {'image': 'sample'}}"};
+    return {"{'dataset': 'plane', 'stipple': {'image': 'sample'}}", "{'dataset': 'sample', 'image': {}}"};
 }
 
 }  // namespace

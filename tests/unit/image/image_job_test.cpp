@@ -8,6 +8,8 @@
 
 #include "preprocess/image/image_job.h"
 #include "preprocess/image/read_picture.h"
+#include "protocol/scene/srgb.h"
+#include "storage/dataset_writer.h"
 #include "storage/files/dataset_file.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
@@ -61,6 +63,58 @@ TEST_F(ImageJob, readsBackWhatWasRead) {
     EXPECT_TRUE(storage::verifyDataset(folder_ / "a.mote").empty());
 }
 
+/// The light of 8 bits comes back to the same bits.
+TEST_F(ImageJob, keepsItsColours) {
+    ASSERT_TRUE(make(folder_ / "a.mote").ok());
+    const auto manifest = *storage::readManifest(folder_ / "a.mote");
+    const auto colors = storage::readColors(folder_ / "a.mote", manifest);
+    ASSERT_TRUE(colors.ok()) << colors.error().toString();
+    ASSERT_EQ(colors->values.size(), 300U * 200U);
+    EXPECT_EQ(colors->columns, 300.0);
+    for (std::size_t i = 0; i < colors->values.size(); ++i) {
+        for (int c = 0; c < 3; ++c) {
+            const auto stored = static_cast<long>((3 * i + static_cast<std::size_t>(c)) % 256);
+            ASSERT_EQ(std::lround(255.0 * linearToSrgb(double{colors->values[i][c]})), stored) << i;
+        }
+    }
+    const auto few = storage::readColors(folder_ / "a.mote", manifest, 1000);  // by 8
+    ASSERT_TRUE(few.ok());
+    EXPECT_EQ(few->width, 38U);
+    EXPECT_EQ(few->columns, 37.5);
+    glm::dvec3 corner(0.0);  // 4 x 8 pixels are left at the right edge
+    for (std::size_t y = 192; y < 200; ++y) {
+        for (std::size_t x = 296; x < 300; ++x) corner += glm::dvec3(colors->at(x, y)) / 32.0;
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(double{few->at(37, 24)[c]}, corner[c], 1e-6);
+}
+
+/// As datasets are that were made before there were colours.
+TEST_F(ImageJob, withoutColoursItIsGrey) {
+    ASSERT_TRUE(make(folder_ / "a.mote").ok());
+    const storage::Luminance picture{2, 1, {0.25F, 3.0F}};
+    auto manifest = *storage::readManifest(folder_ / "a.mote");
+    manifest.clear_files();
+    manifest.mutable_image()->set_width(2);
+    manifest.mutable_image()->set_height(1);
+    auto writer = storage::DatasetWriter::create(folder_ / "grey.mote");
+    ASSERT_TRUE(writer.ok() && storage::writeImage(writer->directory(), picture).ok());
+    ASSERT_TRUE(writer->add("image.h5").ok() && writer->add("image.digest").ok());
+    ASSERT_TRUE(writer->publish(manifest).ok());
+    const auto colors =
+        storage::readColors(folder_ / "grey.mote", *storage::readManifest(folder_ / "grey.mote"));
+    ASSERT_TRUE(colors.ok()) << colors.error().toString();
+    EXPECT_EQ(colors->values, (std::vector{glm::vec3(0.25F), glm::vec3(3.0F)}));
+}
+
+TEST(HalfBits, AreTheNearestThatCanBeShown) {
+    EXPECT_EQ(storage::halfBits(0.0F), 0);
+    EXPECT_EQ(storage::halfBits(-1.0F), 0);
+    EXPECT_EQ(storage::halfBits(1.0F), 0x3c00);
+    EXPECT_EQ(storage::halfBits(0x1p-24F), 1);  // the least
+    EXPECT_EQ(storage::halfBits(65504.0F), 0x7bff);
+    EXPECT_EQ(storage::halfBits(1e30F), 0x7bff);
+}
+
 /// A mean of means is that of all, where the factor divides the sides: 300 x 200 by 2 is 15,000 pixels.
 TEST_F(ImageJob, largeImagesAreAveragedDown) {
     ASSERT_TRUE(make(folder_ / "a.mote").ok());
@@ -95,21 +149,30 @@ TEST_F(ImageJob, sameFileSameBytes) {
     }
 }
 
+void flipBit(const fs::path& path, std::streamoff fromEnd) {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(-fromEnd, std::ios::end);
+    const auto byte = static_cast<char>(file.peek() ^ 4);
+    file.seekp(-fromEnd, std::ios::end);
+    file.put(byte);
+}
+
+/// Colours come last, of 360,000 bytes; before them the luminance, of 240,000.
 TEST_F(ImageJob, aFlippedBitIsFoundAndNamed) {
     ASSERT_TRUE(make(folder_ / "a.mote").ok());
-    const auto path = folder_ / "a.mote" / "image.h5";
-    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekg(-1000, std::ios::end);
-    const auto byte = static_cast<char>(file.peek() ^ 4);
-    file.seekp(-1000, std::ios::end);
-    file.put(byte);
-    file.close();
-    const auto manifest = storage::readManifest(folder_ / "a.mote");
-    const auto read = storage::readImage(folder_ / "a.mote", *manifest);
+    const auto manifest = *storage::readManifest(folder_ / "a.mote");
+    flipBit(folder_ / "a.mote" / "image.h5", 1000);
+    EXPECT_TRUE(storage::readImage(folder_ / "a.mote", manifest).ok());
+    const auto colors = storage::readColors(folder_ / "a.mote", manifest);
+    ASSERT_FALSE(colors.ok());
+    EXPECT_EQ(colors.error().code, ErrorCode::corrupt);
+    EXPECT_THAT(colors.error().toString(), HasSubstr("image.h5:/image/color"));
+    EXPECT_FALSE(storage::verifyDataset(folder_ / "a.mote").empty());
+    flipBit(folder_ / "a.mote" / "image.h5", 400'000);
+    const auto read = storage::readImage(folder_ / "a.mote", manifest);
     ASSERT_FALSE(read.ok());
     EXPECT_EQ(read.error().code, ErrorCode::corrupt);
     EXPECT_THAT(read.error().toString(), HasSubstr("image.h5:/image/luminance"));
-    EXPECT_FALSE(storage::verifyDataset(folder_ / "a.mote").empty());
 }
 
 TEST_F(ImageJob, leavesNothingBehindWhenItFails) {
@@ -153,7 +216,6 @@ TEST_F(ImageJob, manifestsThatContradictThemselves) {
 #include <fstream>
 #include <limits>
 
-#include "protocol/scene/srgb.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"
 
@@ -210,6 +272,9 @@ TEST_F(ReadPicture, eightAndSixteenBitsOfSrgb) {
             // 102/255 is a value of both depths; what is left is the rounding of floats.
             EXPECT_NEAR(picture.luminance.at(0, 0), 0.2126, 1e-6);
             EXPECT_NEAR(picture.luminance.at(1, 0), 0.7152 * srgbToLinear(0.4) + 0.0722, 1e-6);
+            EXPECT_EQ(picture.colors, (std::vector<std::uint16_t>{
+                                          0x3c00, 0, 0, 0,
+                                          storage::halfBits(static_cast<float>(srgbToLinear(0.4))), 0x3c00}));
         }
     }
 }
@@ -229,6 +294,19 @@ TEST_F(ReadPicture, theDisplayWindowIsThePicture) {
     EXPECT_EQ(picture.width, 4U);
     EXPECT_EQ(picture.height, 3U);
     EXPECT_EQ(picture.values, (std::vector<float>{0, 0.4F, 0.5F, 0.6F, 0, 0, 0, 0, 0, 0, 0, 0}));
+    spec.nchannels = 3;
+    std::vector<float> colored;
+    for (const float value : values) colored.insert(colored.end(), {value, 0.0F, 2.0F * value});
+    const auto other = OIIO::ImageOutput::create((folder_ / "b.exr").string());
+    ASSERT_TRUE(other->open((folder_ / "b.exr").string(), spec) &&
+                other->write_image(OIIO::TypeDesc::FLOAT, colored.data()));
+    ASSERT_TRUE(other->close());
+    const auto colors = readGood(folder_ / "b.exr").colors;
+    ASSERT_EQ(colors.size(), 36U);
+    for (std::size_t i = 0; i < 12; ++i) {
+        EXPECT_EQ(colors[3 * i], storage::halfBits(picture.values[i])) << i;
+        EXPECT_EQ(colors[3 * i + 2], storage::halfBits(2.0F * picture.values[i])) << i;
+    }
 }
 
 // TIFF 6.0: a sample has one bit where none are told.
@@ -281,6 +359,8 @@ TEST_F(ReadPicture, transparentIsLaidOnWhiteAsLightMixes) {
     EXPECT_NEAR(picture.luminance.at(0, 0), 1.0, 1e-6);
     EXPECT_NEAR(picture.luminance.at(1, 0), 0.2 * srgbToLinear(0.4) + 0.8, 1e-6);
     EXPECT_NEAR(picture.luminance.at(2, 0), 0.0, 1e-6);
+    for (std::size_t i = 0; i < 9; ++i)
+        EXPECT_EQ(picture.colors[i], storage::halfBits(picture.luminance.at(i / 3, 0))) << "it is grey";
 }
 
 TEST_F(ReadPicture, premultipliedExr) {
@@ -312,6 +392,16 @@ TEST_F(ReadPicture, upright) {
     ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, pixels) && output->close());
     const auto picture = readGood(path);
     EXPECT_EQ(picture.luminance, (storage::Luminance{1, 3, {0.0F, 1.0F, 1.0F}}));
+    EXPECT_TRUE(picture.colors.empty());
+    spec.nchannels = 3;
+    spec.attribute("Orientation", 3);
+    const auto turned = (folder_ / "b.tif").string();
+    output = OIIO::ImageOutput::create(turned);
+    ASSERT_TRUE(output->open(turned, spec));
+    const float colors[] = {1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F};
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, colors) && output->close());
+    constexpr std::uint16_t one = 0x3c00;
+    EXPECT_EQ(readGood(turned).colors, (std::vector<std::uint16_t>{0, 0, one, 0, one, 0, one, 0, 0}));
 }
 
 /// The format is what the bytes are, whatever the name says.
