@@ -346,6 +346,7 @@ std::optional<Bounds> ViewModel::worldBounds() const {
 
 std::optional<Bounds> ViewModel::layerBounds() const {
     const auto known = known_.find(dataset());
+    if (kind() == proto::Layer::kImage) return std::nullopt;  // it lies on the screen
     return known != known_.end() ? std::optional(known->second.bounds) : std::nullopt;
 }
 

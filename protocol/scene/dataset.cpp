@@ -51,6 +51,7 @@ constexpr std::array particleLayers{proto::Layer::kParticles, proto::Layer::kInk
 constexpr std::array hybridLayers{proto::Layer::kHybrid, proto::Layer::kInk};
 constexpr std::array stippleLayers{proto::Layer::kStipple};
 constexpr std::array meshLayers{proto::Layer::kMesh, proto::Layer::kInk};
+constexpr std::array imageLayers{proto::Layer::kImage};
 constexpr std::span<const proto::Layer::KindCase> noLayers;
 
 constexpr std::array datasetKinds{
@@ -58,7 +59,7 @@ constexpr std::array datasetKinds{
     Kind{"hybrid", hybridLayers, hybridSteps, hybridBox},
     Kind{"stipple", stippleLayers, noSteps, meshBox},
     Kind{"mesh", meshLayers, noSteps, meshBox},
-    Kind{"image", noLayers, noSteps, plotBox},
+    Kind{"image", imageLayers, noSteps, plotBox},
 };
 
 /// One that is not in the table is drawn by no layer.

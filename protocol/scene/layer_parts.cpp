@@ -102,6 +102,8 @@ Status checkKind(const proto::Layer& message) {
     if (message.has_towards() && !message.has_particles() && !message.has_hybrid())
         return Error{ErrorCode::invalidArgument, "towards",
                      "only layers of \"particles\" and \"hybrid\" have it"};
+    if (message.has_image() && message.transform_size() > 0)
+        return invalid("transform", "an image lies on the screen: it fills the view and has no other place");
     return success();
 }
 
@@ -126,8 +128,9 @@ void visitPart(std::optional<Part>& part, const std::optional<Part>& other, Fiel
 
 /// A device knows so many half-spaces; and what is drawn on the screen has no places that could be cut away.
 Status checkClips(const Layer& layer) {
-    if (const auto* const dots = layer.stipple(); dots != nullptr && onPlane(*dots))
-        return invalid("clip", "a stippled picture lies on the screen: there is nothing to be cut");
+    if (layer.onScreen())
+        return invalid("clip", fmt::format("{} lies on the screen: there is nothing to be cut",
+                                           layer.image() ? "an image" : "a stippled picture"));
     const auto* const style = layer.hybrid();
     if (style == nullptr) return success();
     if (layer.clip->planes_size() + style->clip_planes_size() > mostClipPlanes) {

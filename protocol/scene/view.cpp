@@ -65,10 +65,12 @@ Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& backgrou
             return withStyle(std::move(layer), parseInkStyle(message.ink(), background), "ink");
         case proto::Layer::kMesh:
             return withStyle(std::move(layer), resolved(message.mesh()), "mesh");
+        case proto::Layer::kImage:
+            return withStyle(std::move(layer), resolved(message.image()), "image");
         default:
             return invalid("",
                            "a layer holds exactly one kind; this version draws \"particles\", \"hybrid\", "
-                           "\"stipple\", \"ink\" and \"mesh\"");
+                           "\"stipple\", \"ink\", \"mesh\" and \"image\"");
     }
 }
 
@@ -108,25 +110,25 @@ bool isDrawing(const proto::Layer& layer) {
     return layer.has_ink() || layer.has_stipple();
 }
 
-/// As it is said, or white for drawings, black for what gives light.
+/// As it is said, or white for drawings, black for what gives light; an image may lie behind either.
 glm::dvec3 parseBackground(const proto::View& message) {
     if (const auto said = colorOf(message, message.kBackgroundFieldNumber)) return *said;
     const auto& layers = message.layers();
     const auto seen = [](const proto::Layer& layer) {
-        return numberOf(layer, proto::Layer::kOpacityFieldNumber) > 0.0;
+        return !layer.has_image() && numberOf(layer, proto::Layer::kOpacityFieldNumber) > 0.0;
     };
     const bool any = std::any_of(layers.begin(), layers.end(), seen);
     const bool drawing = std::all_of(layers.begin(), layers.end(), [&](const proto::Layer& layer) {
-        return isDrawing(layer) || (any && !seen(layer));
+        return isDrawing(layer) || layer.has_image() || (any && !seen(layer));
     });
-    return glm::dvec3(drawing && !layers.empty() ? 1.0 : 0.0);
+    return glm::dvec3(drawing && std::any_of(layers.begin(), layers.end(), isDrawing) ? 1.0 : 0.0);
 }
 
 /// Of those of which there is something.
 Bounds layersBounds(const std::vector<Layer>& layers) {
     std::optional<Bounds> bounds;
     for (const auto& layer : layers) {
-        if (!(layer.opacity > 0.0)) continue;
+        if (!(layer.opacity > 0.0) || layer.image()) continue;
         const Bounds here = plotBounds.transformed(layer.transform);
         bounds = bounds ? bounds->united(here) : here;
     }
@@ -134,6 +136,10 @@ Bounds layersBounds(const std::vector<Layer>& layers) {
 }
 
 }  // namespace
+
+bool Layer::onScreen() const {
+    return image() || (stipple() && onPlane(*stipple()));
+}
 
 HalfSpaces Layer::clips() const {
     HalfSpaces clips = clip ? halfSpacesOf(*clip) : HalfSpaces();

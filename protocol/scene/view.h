@@ -34,7 +34,9 @@ struct Layer {
     std::string dataset;        ///< "ROOT/NAME"
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
-    std::variant<ParticlesStyle, proto::HybridStyle, StippleStyle, MeshStyle, proto::InkStyle> style;
+    std::variant<ParticlesStyle, proto::HybridStyle, StippleStyle, MeshStyle, proto::InkStyle,
+                 proto::ImageStyle>
+        style;
     double opacity = 1.0;  ///< how much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade")
     // Of particles alone.
     std::optional<ColorBy> colorBy = {};      ///< of its points
@@ -53,6 +55,9 @@ struct Layer {
     const StippleStyle* stipple() const { return std::get_if<StippleStyle>(&style); }
     const proto::InkStyle* ink() const { return std::get_if<proto::InkStyle>(&style); }
     const MeshStyle* mesh() const { return std::get_if<MeshStyle>(&style); }
+    const proto::ImageStyle* image() const { return std::get_if<proto::ImageStyle>(&style); }
+    /// It lies on the screen, behind all that has a place in space: an image, or one that is stippled.
+    bool onScreen() const;
     /// In all of which lies what is drawn of it, layer space: its own clip, and a hybrid style's planes and
     /// box.
     HalfSpaces clips() const;

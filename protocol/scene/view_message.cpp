@@ -154,8 +154,7 @@ Outlook outlookOf(const std::optional<Outlook>& own, const glm::dmat4& transform
 }
 
 bool isFitted(const Layer& layer) {
-    const bool onScreen = layer.stipple() != nullptr && onPlane(*layer.stipple());
-    return !onScreen && layer.opacity > 0.0;
+    return !layer.onScreen() && layer.opacity > 0.0;
 }
 
 void fitLayers(View& view, std::span<const std::optional<LayerBox>> boxes) {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "protocol/scene/dataset.h"
-#include "storage/image/image_file.h"
+#include "server/data/load_image.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
@@ -29,8 +29,6 @@ constexpr std::uint64_t perStippleVertex = 6 * 4, perStippleTriangle = 4 * 4, pe
 constexpr std::uint64_t perRayVertex = 3 * 4;
 constexpr std::uint64_t perRayTriangle = 256;  // of Embree's tree while it is built
 constexpr std::uint64_t perPixel = 4 + 8;      // its value and its entry in the summed-area table
-/// An image in memory has no more; larger ones are averaged down.
-constexpr std::uint64_t mostPixels = std::uint64_t{1} << 23;
 
 Status checkKind(const Catalogue::Entry& entry, std::string_view kind, std::string_view what) {
     if (entry.manifest->kind() == kind) return success();
@@ -77,7 +75,7 @@ Result<Loadable<render::PlaneTiles>::Value> readPlane(const Catalogue::Entry& en
 }
 
 Result<Loadable<render::PixelMap>::Value> readLuminance(const Catalogue::Entry& entry) {
-    MOTE_ASSIGN_OR_RETURN(auto image, storage::readImage(entry.directory, *entry.manifest, mostPixels));
+    MOTE_ASSIGN_OR_RETURN(auto image, storage::readImage(entry.directory, *entry.manifest, mostImagePixels));
     return std::make_shared<const render::PixelMap>(image.width, image.height, std::move(image.values));
 }
 
@@ -115,7 +113,7 @@ Result<Loadable<render::PixelMap>> imageLuminance(const Catalogue::Entry& entry)
     MOTE_RETURN_IF_ERROR(checkKind(entry, "image", "an image"));
     const auto& image = entry.manifest->image();
     const auto pixels = std::uint64_t{image.width()} * image.height();
-    const auto kept = std::min(pixels, mostPixels);
+    const auto kept = std::min(pixels, mostImagePixels);
     return single(entry, kept * perPixel + (std::uint64_t{image.width()} + image.height() + 1) * 8,
                   readLuminance);
 }

@@ -39,6 +39,7 @@ Result<LayerPart> partOf(const proto::HybridStyle& style, const LayerRequest& as
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const proto::InkStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const proto::ImageStyle& style, const LayerRequest& asked);
 
 /// A layer in one of its steps, to be looked for.
 struct ShownLayer {
@@ -55,6 +56,8 @@ Result<bool> shownOf(const proto::HybridStyle& style, const ShownLayer& shown, S
 Result<bool> shownOf(const StippleStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
 Result<bool> shownOf(const proto::InkStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
 Result<bool> shownOf(const MeshStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
+Result<bool> shownOf(const proto::ImageStyle& style, const ShownLayer& shown, StepSource& data,
+                     CameraFit& fit);
 
 /// What several kinds of layers draw alike: a mesh, without what clips cut away; a hybrid volume. As partOf.
 Result<LayerPart> meshPart(const LayerRequest& asked, const HalfSpaces& clips = {});

@@ -156,8 +156,97 @@ class Working(BeamCase):
         self.assertEqual((self.session["data/ramp"].kind, len(self.session["data/ramp"])), ("image", 1))
         with self.fails("unsupported", "data/ramp"):
             self.session["data/ramp"].get("x")
-        with self.fails("unsupported", "data/ramp"):
-            mote.View(self.session["data/ramp"])
+        image = mote.View(self.session["data/ramp"], size=(8, 8)).render()
+        np.testing.assert_array_equal(image.array[:, :, 0], np.arange(64).reshape(8, 8))
+        np.testing.assert_array_equal(image.array[:, :, 1], image.array[:, :, 2])
+
+
+def linear_light(bytes_):
+    """Of sRGB, 0 to 255 (IEC 61966-2-1)."""
+    x = np.asarray(bytes_, dtype=float) / 255
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
+
+
+def encoded_light(light):
+    return 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0) ** (1 / 2.4) - 0.055)
+
+
+@needs_server
+class Images(BeamCase):
+    """Pictures behind everything, held against numpy."""
+
+    particles, steps = 1000, 1
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        random = np.random.default_rng(7)
+        y, x = np.mgrid[0:120, 0:160]
+        smooth = np.stack([x / 160, y / 120, (x + y) / 280], axis=-1) * 200
+        cls.photo = np.clip(smooth + random.normal(0, 25, (120, 160, 3)), 0, 255).astype(np.uint8)
+        pil.fromarray(cls.photo).save(cls.plots / "photo.png")
+        prepare("image", cls.plots / "photo.png", "--out", cls.plots / "photo.mote")
+        prepare("stipple", "plane", "--points", 4000, "--seed", 1, "--out", cls.plots / "plane.mote")
+
+    def render(self, *layers, size, **more):
+        return mote.View(list(layers), size=size, **more).render()
+
+    def layer(self, name, **more):
+        return mote.Layer(self.session[f"data/{name}"], **more)
+
+    def test_as_large_as_it_is_it_is_what_it_is(self):
+        image = mote.View(self.session["data/photo"], size=(160, 120)).render()
+        np.testing.assert_array_equal(image.array[..., :3], self.photo)
+        # A view at its side has background there.
+        wide = mote.View(self.session["data/photo"], size=(180, 120), background=[1, 0, 0]).render().array[..., :3]
+        np.testing.assert_array_equal(wide[:, 10:170], self.photo)
+        self.assertTrue((wide[:, :10] == [255, 0, 0]).all() and (wide[:, 170:] == [255, 0, 0]).all())
+
+    def test_smaller_it_has_the_mean_light(self):
+        image = mote.View(self.session["data/photo"], size=(40, 30)).render()
+        mean = linear_light(self.photo).reshape(30, 4, 40, 4, 3).mean(axis=(1, 3))
+        # Half floats keep light to 2^-11 of it: less than a step beside the rounding to one.
+        self.assertLessEqual(np.abs(image.array[..., :3] - encoded_light(mean)).max(), 0.6)
+
+    def test_opacity_mixes_light_with_the_background(self):
+        image = self.render(self.layer("photo", opacity=0.25), size=(160, 120), background=[0.5, 0.5, 0.5])
+        mixed = 0.25 * linear_light(self.photo) + 0.75 * linear_light(127.5)
+        self.assertLessEqual(np.abs(image.array[..., :3] - encoded_light(mixed)).max(), 0.6)
+
+    def test_what_has_a_depth_lies_before_it(self):
+        camera = {"eye": [0, 0, 4], "target": [0, 0, 0]}
+        beam = mote.Layer(self.ds, style={"points": {"opacity": 1, "sizePixels": 3, "linked": False, "color": [0, 1, 0],
+                                                     "curve": [{"density": 0, "fraction": 1}]}})
+        for layers in ([self.layer("photo"), beam], [beam, self.layer("photo")]):
+            seen = self.render(*layers, size=(160, 120), camera=camera).array[..., :3]
+            alone = self.render(beam, size=(160, 120), camera=camera).array[..., :3]
+            covered = (alone == [0, 255, 0]).all(axis=-1)
+            self.assertGreater(covered.sum(), 100)
+            # At a disc's edge up to a 255th of what lies behind comes through: less than 16 steps, as sRGB has it.
+            self.assertLess(np.abs(seen[covered].astype(int) - [0, 255, 0]).max(), 16)
+            empty = (alone == 0).all(axis=-1)
+            np.testing.assert_array_equal(seen[empty], self.photo[empty])
+
+    def test_dots_in_the_tones_of_the_layers_before(self):
+        def dots(*before, style):
+            return self.render(*before, self.layer("plane", style=style), size=(160, 120), background=[1, 1, 1]).array[..., 0]
+
+        # What an image layer shows as large as it is is the image: the same dots, but for what its eight bits round away.
+        by_layers = dots(self.layer("photo"), style={"source": "layers"}).astype(int)
+        by_image = dots(style={"image": "data/photo"}).astype(int)
+        self.assertGreater((by_layers < 128).mean(), 0.1)
+        self.assertLess((np.abs(by_layers - by_image) > 128).mean(), 0.02)
+        # Seen from afar the dots are the photograph: means over 20 x 20 pixels.
+        light = linear_light(self.photo) @ [0.2126, 0.7152, 0.0722]
+        far = [each.reshape(6, 20, 8, 20).mean(axis=(1, 3)) for each in (linear_light(by_layers), light)]
+        self.assertLess(np.abs(far[0] - far[1]).max(), 0.08)
+
+    def test_what_an_image_cannot_have(self):
+        for more, where in (({"transform": np.diag([2, 2, 2, 1])}, "transform"), ({"select": {"ids": [1]}}, "select")):
+            with self.fails("invalid_argument", f"view.layers[0].{where}"):
+                self.render(self.layer("photo", **more), size=(16, 12))
+        with self.fails("invalid_argument", "layers[0].dataset", "not an image"):
+            self.render(self.layer("beam", kind="image"), size=(16, 12))
 
 
 @needs_server

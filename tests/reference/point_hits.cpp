@@ -85,6 +85,8 @@ PointHits::PointHits(const render::Scene& scene, const Options& options)
                                  options.samplesPerCell);
         }
         if (scene.view.layers[layer].ink() != nullptr) addInk(scene, layer);
+        if (scene.view.layers[layer].image() != nullptr)
+            images_.emplace_back(scene.view, scene.view.layers[layer], *scene.images[layer]);
     }
     for (const auto& one : options.strokes) strokes_.emplace_back(scene.view, *one);
     if (scene.dots != nullptr) addDots(scene);
@@ -336,6 +338,7 @@ RowHits PointHits::row(std::uint32_t row) const {
         }
     }
     for (const auto& strokes : strokes_) strokes.addRow(row, result.hits_);
+    for (auto image = images_.rbegin(); image != images_.rend(); ++image) image->addRow(row, result.hits_);
     std::stable_sort(result.hits_.begin(), result.hits_.end(), [](const Hit& a, const Hit& b) {
         return std::tie(a.column, a.depth) < std::tie(b.column, b.depth);
     });

@@ -15,6 +15,7 @@
 #include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/scene.h"
 #include "tests/reference/hit.h"
+#include "tests/reference/image_hits.h"
 #include "tests/reference/mesh_hits.h"
 #include "tests/reference/reference_renderer.h"
 #include "tests/reference/sight_hits.h"
@@ -25,7 +26,7 @@ namespace mote::reference {
 /// The hits of one row of pixels.
 class RowHits {
   public:
-    /// Front to back; equal depths by layer, then surfaces, strokes last.
+    /// Front to back; equal depths by layer, then surfaces, strokes, images last.
     std::span<const Hit> of(std::uint32_t column) const {
         return std::span(hits_).subspan(begin_[column], begin_[column + 1] - begin_[column]);
     }
@@ -93,6 +94,7 @@ class PointHits {
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;
     std::vector<SightHits> sights_;
+    std::vector<ImageHits> images_;        // the last in front
     std::deque<render::InkDrawing> inks_;  // of the scene's layers
     std::deque<render::Strokes> paths_;    // likewise
     std::vector<StrokeHits> strokes_;

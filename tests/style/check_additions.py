@@ -40,7 +40,7 @@ ADDITIONS = {
         {"protocol/mote.proto", "protocol/scene/dataset.cpp", "storage/dataset_kind.h"},
     ),
     "a kind of job": (
-        r"\bimageJob\b|\bImageJob\b|\bkImage\b|command_image|add_subdirectory\(image\)",
+        r"\bimageJob\b|\bImageJob\b|(?<!Layer::)\bkImage\b|command_image|add_subdirectory\(image\)",
         ("preprocess/image/", "preprocess/command_image.cpp"),
         {"protocol/mote.proto", "protocol/scene/job_request.cpp", "preprocess/job_kinds.h", "preprocess/CMakeLists.txt"},
     ),

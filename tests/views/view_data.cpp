@@ -12,6 +12,7 @@
 #include "protocol/scene/view_parts.h"
 #include "server/render/layers/ink/density_grid.h"
 #include "server/render/layers/mesh/cut_mesh.h"
+#include "tests/reference/generated_image.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
 #include "tests/views/hybrid_data.h"
@@ -26,6 +27,7 @@ constexpr std::string_view root = "views/";
 std::span<const std::string_view> formsOf(DataKind kind) {
     if (kind == DataKind::particles) return particleForms();
     if (kind == DataKind::mesh) return meshForms();
+    if (kind == DataKind::image) return imageForms();
     return kind == DataKind::hybrid ? hybridForms() : dotForms();
 }
 
@@ -37,6 +39,7 @@ Error missing(const std::string& name) {
 std::vector<DataKind> kindsOf(const Layer& layer) {
     if (layer.particles() != nullptr) return {DataKind::particles};
     if (layer.mesh() != nullptr) return {DataKind::mesh};
+    if (layer.image() != nullptr) return {DataKind::image};
     if (layer.ink() != nullptr) return {DataKind::mesh, DataKind::hybrid, DataKind::particles};
     return {layer.hybrid() != nullptr ? DataKind::hybrid : DataKind::dots};
 }
@@ -136,6 +139,7 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
     scene.steps.emplace_back();
     scene.hybrids.emplace_back();
     scene.meshes.emplace_back();
+    scene.images.emplace_back();
     scene.densities.emplace_back();
     const bool inked = layer.ink() != nullptr;
     if (name->kind == DataKind::particles && inked)
@@ -147,6 +151,7 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
         if (shown) MOTE_RETURN_IF_ERROR(addNumbers(layer, run(*name), scene.steps.size() - 1, scene));
     }
     if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
+    if (name->kind == DataKind::image) scene.images.back() = imageOf(name->form, name->number);
     if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
     if (name->kind == DataKind::mesh && inked) cutMesh(layer.clips(), scene);
     if (name->kind != DataKind::hybrid) return success();

@@ -17,7 +17,7 @@
 
 namespace mote::test {
 
-enum class DataKind { particles, hybrid, dots, mesh };
+enum class DataKind { particles, hybrid, dots, mesh, image };
 
 struct DatasetName {
     DataKind kind = DataKind::particles;

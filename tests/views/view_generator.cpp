@@ -146,6 +146,22 @@ Bounds aimOf(Random& random, const std::vector<Bounds>& inWorld) {
     return all;
 }
 
+/// Some views have images behind all else, at any place among the layers. By numbers of their own, too.
+void addImages(proto::View& view) {
+    constexpr double share = 0.12, another = 0.3;
+    Random random(view.ByteSizeLong(), 1024);
+    for (bool more = random.chance(share); more && view.layers_size() < View::maxLayers;
+         more = random.chance(another)) {
+        auto& layer = *view.add_layers();
+        layer.set_dataset(ViewData::any(random, DataKind::image).toString());
+        layer.mutable_image();
+        if (random.chance(0.5)) layer.set_opacity(anyShare(random));
+        const auto last = view.layers_size() - 1;
+        view.mutable_layers()->SwapElements(
+            last, static_cast<int>(random.below(static_cast<std::uint64_t>(last) + 1)));
+    }
+}
+
 proto::View tryView(Random& random, const ViewShape& shape) {
     proto::View view;
     const auto [width, height] = anySize(random, shape.mostPixels);
@@ -166,9 +182,10 @@ proto::View tryView(Random& random, const ViewShape& shape) {
     }
     const Bounds aim = aimOf(random, inWorld);
     const Camera camera = anyCamera(random, aim);
-    if (random.chance(0.1)) return view;
-    setCamera(camera, view);
-    if (random.chance(0.1)) view.mutable_camera()->clear_fov_y_degrees();
+    const bool fitted = random.chance(0.1);
+    if (!fitted) setCamera(camera, view);
+    if (!fitted && random.chance(0.1)) view.mutable_camera()->clear_fov_y_degrees();
+    addImages(view);
     return view;
 }
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from .selection import Selectable
     from .session import Session
 
-_STYLES = {"particles": "particles", "hybrid": "hybrid", "stipple": "stipple", "mesh": "mesh"}
-_KINDS = ("particles", "hybrid", "stipple", "ink", "mesh")
+_STYLES = {"particles": "particles", "hybrid": "hybrid", "stipple": "stipple", "mesh": "mesh", "image": "image"}
+_KINDS = ("particles", "hybrid", "stipple", "ink", "mesh", "image")
 _DOCUMENTS = {".svg": 1, ".eps": 2, ".pdf": 3}  # Page.Format
 _ALL_ANNOTATIONS = {"axes": True, "colorBar": True, "scaleBar": True, "labels": True}
 

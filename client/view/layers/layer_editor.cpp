@@ -2,6 +2,7 @@
 #include "client/view/layers/layer_editor.h"
 
 #include "client/view/layers/hybrid_editor.h"
+#include "client/view/layers/image_editor.h"
 #include "client/view/layers/ink_editor.h"
 #include "client/view/layers/mesh_editor.h"
 #include "client/view/layers/particles_editor.h"
@@ -26,6 +27,7 @@ constexpr Kind kinds[] = {
     {proto::Layer::kStipple, make<StippleEditor>},
     {proto::Layer::kMesh, make<MeshEditor>},
     {proto::Layer::kInk, make<InkEditor>},
+    {proto::Layer::kImage, make<ImageEditor>},
 };
 
 }  // namespace

@@ -113,7 +113,7 @@ Status placeLayers(View& view, const PlaceOf& placeOf) {
     if (!view.metres || view.metres->placed) return success();
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
         auto& layer = view.layers[i];
-        if (layer.stipple() != nullptr && onPlane(*layer.stipple())) continue;
+        if (layer.onScreen()) continue;
         const auto whole = layerToWorld(layer, *view.metres, placeOf);
         if (!whole.ok())
             return Error{whole.error().code, fmt::format("layers[{}].dataset", i), whole.error().message};

@@ -9,6 +9,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
+#include "server/render/layers/image/lower_image.h"
 #include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/lowering.h"
 #include "server/render/layers/mesh/mesh_sight.h"
@@ -112,6 +113,13 @@ struct LayerLowering {
         MOTE_CHECK(index < scene.meshes.size());
         out.last.emplace_back([&layer = layer(), &style, surface = scene.meshes[index], &out = out] {
             lowerMesh(layer, style, surface, out);
+        });
+    }
+    void operator()(const proto::ImageStyle&) const {
+        MOTE_CHECK(index < scene.images.size());
+        // Those of the same depth lie behind one another as they are listed, and later images over earlier.
+        out.last.emplace(out.last.begin(), [&layer = layer(), image = scene.images[index], &out = out] {
+            lowerImage(layer, image, out);
         });
     }
 };

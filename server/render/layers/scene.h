@@ -15,6 +15,7 @@
 #include "server/render/plan/grid_field.h"
 #include "server/render/plan/point_values.h"
 #include "server/render/plan/point_ways.h"
+#include "storage/image/image_file.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -26,7 +27,8 @@ struct Scene {
     std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
     /// One a layer, null if it is of another kind; or empty if all are.
     std::vector<std::shared_ptr<const GridField>> hybrids = {};
-    std::vector<std::shared_ptr<const MeshSurface>> meshes = {};  ///< likewise
+    std::vector<std::shared_ptr<const MeshSurface>> meshes = {};          ///< likewise
+    std::vector<std::shared_ptr<const storage::ColorImage>> images = {};  ///< likewise
     /// Likewise: particles that are drawn as a field of their density (layers/ink/density_grid.h).
     std::vector<std::shared_ptr<const GridField>> densities = {};
     /// Likewise, of layers of particles: which points are highlighted; by what points are coloured, one value

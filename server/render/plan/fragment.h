@@ -14,9 +14,9 @@ namespace mote::render {
 
 struct Fragment {
     std::uint32_t column = 0, row = 0;  ///< of its pixel, row 0 on top
-    double depth = 0.0;                 ///< along the line of sight, world units; finite
-    float opacity = 1.0F;               ///< above 0, at most 1
-    glm::vec3 color{1.0F};              ///< linear RGB
+    double depth = 0.0;     ///< along the line of sight, world units; infinity: behind all that has one
+    float opacity = 1.0F;   ///< above 0, at most 1
+    glm::vec3 color{1.0F};  ///< linear RGB
 };
 
 /// In any order; of equal depth in a pixel the earlier one lies in front.

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/data/load_image.h"
 #include "server/data/load_mesh.h"
 #include "server/data/load_stipple.h"
 #include "server/frames/picture_maker.h"
@@ -113,6 +114,12 @@ TEST_F(StippleWaiting, NorAMesh) {
     expectWaits("{'dataset': 'solid', 'mesh': {}}", Stage::exact);
     EXPECT_EQ(source_.threads().size(), 1U);
     EXPECT_EQ(source_.counted(), bytesOf(meshSurface(*source_.dataset("solid"))));
+}
+
+TEST_F(StippleWaiting, NorAnImage) {
+    expectWaits("{'dataset': 'image', 'image': {}}", Stage::quick);
+    EXPECT_EQ(source_.threads().size(), 1U);
+    EXPECT_EQ(source_.counted(), bytesOf(imageColors(*source_.dataset("image"))));
 }
 
 TEST_F(StippleWaiting, AViewInMotionWaitsForAllOfItsLayersAtOnce) {
@@ -222,6 +229,7 @@ TEST_F(StippleWaiting, WrongDatasetsAreSaidAtOnce) {
     };
     expectError("{'dataset': 'none', 'stipple': {}}", "dataset", "none");
     expectError("{'dataset': 'image', 'stipple': {}}", "dataset", "not a stipple hierarchy");
+    expectError("{'dataset': 'ball', 'image': {}}", "dataset", "not an image");
     expectError("{'dataset': 'plane', 'stipple': {}}", "dataset", "an image, which is not given");
     expectError("{'dataset': 'ball', 'stipple': {'image': 'image'}}", "dataset", "of the plane");
     expectError("{'dataset': 'ball', 'mesh': {}}", "dataset", "not a mesh");

@@ -17,7 +17,7 @@ TEST(Dataset, EachKindHasItsLayer) {
     EXPECT_THAT(layersThatDraw("hybrid"), ElementsAre(proto::Layer::kHybrid, proto::Layer::kInk));
     EXPECT_THAT(layersThatDraw("stipple"), ElementsAre(proto::Layer::kStipple));
     EXPECT_THAT(layersThatDraw("mesh"), ElementsAre(proto::Layer::kMesh, proto::Layer::kInk));
-    EXPECT_TRUE(layersThatDraw("image").empty());
+    EXPECT_THAT(layersThatDraw("image"), ElementsAre(proto::Layer::kImage));
     EXPECT_TRUE(layersThatDraw("of a later version").empty());
 }
 

@@ -99,6 +99,19 @@ TEST(LayerParts, EveryKindCanBeCut) {
     EXPECT_NE(refusalOf(both).find("layers[0].clip.box"), std::string::npos);
 }
 
+TEST(LayerParts, AnImageHasNoPlaceAndNothingToCut) {
+    EXPECT_TRUE(parseView(viewWith("image", "'opacity': 0.5")).ok());
+    const auto refused = [](const std::string& part, const std::string& where) {
+        EXPECT_EQ(refusalOf(viewWith("image", part)).rfind("layers[0]." + where, 0), 0U)
+            << refusalOf(viewWith("image", part));
+    };
+    refused("'clip': {'box': {'min': [0, 0, 0], 'max': [1, 1, 1]}}", "clip");
+    refused("'transform': [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]", "transform");
+    refused("'select': {'ranges': [{'column': 'x', 'min': 0}]}", "select");
+    refused("'colorBy': {'column': 'x'}", "colorBy");
+    refused("'towards': {'step': 1, 'share': 0.5}", "towards");
+}
+
 TEST(LayerParts, WhatCannotBeCutIsRefused) {
     const auto refused = [](const std::string& clip, const std::string& where) {
         EXPECT_EQ(refusalOf("'clip': " + clip).rfind("layers[0].clip." + where, 0), 0U) << clip;

@@ -157,5 +157,17 @@ INSTANTIATE_TEST_SUITE_P(
                   "layers[1].particles.points.curve"}),
     [](const auto& bad) { return bad.param.what; });
 
+TEST(View, ImagesLeaveThePaperToTheOtherLayers) {
+    const auto paper = [](const std::string& layers) {
+        const auto text = "{\"width\": 8, \"height\": 8, \"layers\": [" + layers + "]}";
+        return parseView(viewMessage(text.c_str()))->background.x;
+    };
+    const std::string image = R"({"dataset": "a/b", "image": {}})", ink = R"({"dataset": "a/b", "ink": {}})",
+                      mesh = R"({"dataset": "a/b", "mesh": {}})";
+    EXPECT_EQ(paper(image), 0.0);
+    EXPECT_EQ(paper(image + ", " + ink), 1.0);
+    EXPECT_EQ(paper(ink + ", " + image + ", " + mesh), 0.0);
+}
+
 }  // namespace
 }  // namespace mote

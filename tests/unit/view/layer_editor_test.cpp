@@ -10,7 +10,8 @@ namespace mote::client {
 namespace {
 
 constexpr proto::Layer::KindCase kinds[] = {proto::Layer::kParticles, proto::Layer::kHybrid,
-                                            proto::Layer::kStipple, proto::Layer::kMesh, proto::Layer::kInk};
+                                            proto::Layer::kStipple,   proto::Layer::kMesh,
+                                            proto::Layer::kInk,       proto::Layer::kImage};
 
 TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
     for (const auto kind : kinds) {
@@ -35,7 +36,7 @@ TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
 }
 
 TEST(LayerEditor, ThereIsOneForEachKindOfDatasetThatALayerDraws) {
-    for (const char* dataset : {"particles", "hybrid", "stipple", "mesh"}) {
+    for (const char* dataset : {"particles", "hybrid", "stipple", "mesh", "image"}) {
         for (const auto kind : layersThatDraw(dataset)) EXPECT_NE(makeLayerEditor(kind), nullptr) << dataset;
     }
     EXPECT_EQ(makeLayerEditor(proto::Layer::KIND_NOT_SET), nullptr);

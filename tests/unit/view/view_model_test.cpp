@@ -10,6 +10,7 @@
 #include "client/shared/jobs.h"
 #include "client/view/camera_control.h"
 #include "client/view/layers/hybrid_editor.h"
+#include "client/view/layers/image_editor.h"
 #include "client/view/layers/particles_editor.h"
 #include "client/view/layers/stipple_editor.h"
 #include "client/view/panel.h"
@@ -266,11 +267,30 @@ TEST(ViewModel, TheCameraFitsUntilItIsMoved) {
 }
 
 TEST(ViewModel, WhatNoLayerDrawsIsAskedForAsParticles) {
+    proto::Manifest later;
+    later.set_kind("of a later version");
+    ViewModel model;
+    model.setDataset("data/later", later);
+    EXPECT_TRUE(model.view(64, 64).layers(0).has_particles());
+}
+
+TEST(ViewModel, AnImageIsALayerWithoutAPlace) {
     proto::Manifest picture;
     picture.set_kind("image");
     ViewModel model;
     model.setDataset("data/picture", picture);
-    EXPECT_TRUE(model.view(64, 64).layers(0).has_particles());
+    EXPECT_TRUE(model.view(64, 64).layers(0).has_image());
+    EXPECT_NE(dynamic_cast<const ImageEditor*>(&model.editor()), nullptr);
+    EXPECT_FALSE(model.layerBounds());
+    EXPECT_TRUE(parseView(model.view(64, 64)).ok());
+    const proto::Manifest mesh = [] {
+        proto::Manifest made;
+        made.set_kind("mesh");
+        return made;
+    }();
+    model.addLayer("data/mesh", mesh);
+    EXPECT_TRUE(model.view(64, 64).layers(1).has_mesh());
+    EXPECT_TRUE(model.layerBounds());
 }
 
 constexpr double tolerance = 1e-9;  // double rounding of a few rotations, with room
