@@ -135,10 +135,11 @@ Result<GrowthLock> GrowthLock::take(const fs::path& dataset) {
     const auto real = fs::canonical(dataset.parent_path().empty() ? "." : dataset.parent_path(), code);
     if (code) return systemError(code.value(), dataset.string(), "cannot be opened");
     MOTE_ASSIGN_OR_RETURN(auto folder, openReal(real / dataset.filename(), O_RDONLY | O_DIRECTORY));
-    if (::flock(folder.get(), LOCK_EX | LOCK_NB) == 0)
-        return GrowthLock(real / dataset.filename(), std::move(folder));
-    if (errno != EWOULDBLOCK) return systemError(errno, dataset.string(), "cannot be locked");
-    return Error{ErrorCode::alreadyExists, dataset.string(), "gets its steps from another program now"};
+    // A network file system may have no locks of folders: a manifest that does not continue the one that is
+    // there is refused there too.
+    if (::flock(folder.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return Error{ErrorCode::alreadyExists, dataset.string(), "gets its steps from another program now"};
+    return GrowthLock(real / dataset.filename(), std::move(folder));
 }
 
 Status checkGrowth(const proto::Manifest& now, const proto::Manifest& next) {

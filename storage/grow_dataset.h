@@ -4,8 +4,8 @@
 // and then one rename puts a manifest that tells of them in place of the one before. Whoever reads meanwhile
 // has the one or the other, both whole. docs/FORMAT.md, "Live datasets".
 //
-// GrowthLock: the right to add to a dataset, of one process at a time; the kernel takes it back when the
-// process ends, however it does. Move-only; one owner, one thread.
+// GrowthLock: the right to add to a dataset, of one process at a time where the file system has locks; the
+// kernel takes it back when the process ends, however it does. Move-only; one owner, one thread.
 #pragma once
 
 #include <filesystem>

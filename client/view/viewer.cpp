@@ -81,6 +81,7 @@ void Viewer::listen() {
         takeCatalogue(catalogue);
         numbers_.forget();
         noteAwaited();
+        learnSteps();
     });
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
     connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
@@ -131,6 +132,19 @@ void Viewer::noteAwaited() {
     if (awaitedDataset_.empty() || std::none_of(known.begin(), known.end(), isAwaited)) return;
     const auto name = std::exchange(awaitedDataset_, {});
     notes_.add({name + " is made.", {{"Open it", [this, name] { openDataset(name); }}}});
+}
+
+/// A live dataset has more steps than before.
+void Viewer::learnSteps() {
+    const auto* entry = findEntry(model_.dataset());
+    const auto steps = static_cast<std::uint32_t>(model_.steps());
+    if (entry == nullptr || !model_.isDescribed() || entry->steps() == steps) return;
+    withDescription(entry->name(), [this](const proto::Description& description) {
+        if (description.dataset() != model_.dataset()) return;
+        server_.shown = description;
+        model_.describe(description.manifest());
+        dirty_ = true;
+    });
 }
 
 void Viewer::withDescription(const std::string& name, std::function<void(const proto::Description&)> take) {

@@ -88,6 +88,8 @@ class Viewer {
     void refreshStatistics();
     /// Says that the plot is there that a job of ours was to make, once the catalogue knows it.
     void noteAwaited();
+    /// Asks for the steps of the dataset that is shown, if it has others by now.
+    void learnSteps();
     void plot(const AxisNames& axes);
 
     // What is worked on.

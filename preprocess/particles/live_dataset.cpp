@@ -12,6 +12,7 @@
 
 #include "preprocess/kept_notes.h"
 #include "preprocess/new_dataset.h"
+#include "preprocess/parallel/communicator.h"
 #include "protocol/scene/step_range.h"
 #include "protocol/scene/system_error.h"
 #include "storage/dataset_writer.h"
@@ -191,6 +192,8 @@ Result<proto::Manifest> appendSteps(const proto::JobRequest& request, const std:
                                     const fs::path& output, const JobResources& resources,
                                     Progress& progress) {
     const auto& job = request.particles();
+    if (resources.ranks != nullptr && resources.ranks->size() > 1)
+        return unsupported("append", "steps are added by one process, not under MPI");
     const auto place = finalPlace(output);
     std::optional<proto::Manifest> base;
     if (isThere(place)) {

@@ -72,8 +72,8 @@ class LiveDataset {
 
 /// Makes the next steps of the live dataset at the output's place, which they begin if nothing is there. A
 /// server's job leaves them where its output is made, for whoever puts that in place; else they are put in.
-/// Without inputs, the request ends a live dataset. Errors: as LiveDataset; invalidArgument (a step that does
-/// not come after those that are there).
+/// Without inputs, the request ends a live dataset. Errors: as LiveDataset; alreadyExists (a step that does
+/// not come after those that are there); unsupported (several processes).
 Result<proto::Manifest> appendSteps(const proto::JobRequest& request,
                                     const std::vector<std::filesystem::path>& inputs,
                                     const std::filesystem::path& output, const JobResources& resources,

@@ -228,6 +228,7 @@ void verifyParticles(DatasetVerifier& verifier) {
 std::string describeParticles(const proto::ParticlesManifest& particles) {
     std::string text;
     const auto out = std::back_inserter(text);
+    if (particles.live()) text += "live     more steps may come\n";
     if (!particles.species().empty()) fmt::format_to(out, "species  {}\n", particles.species());
     if (particles.mass() > 0.0) fmt::format_to(out, "mass     {:.10g} eV/c^2\n", particles.mass());
     if (particles.particle_charge() != 0.0)

@@ -34,23 +34,27 @@ def rows(iteration, count=COUNT):
             "momentum": {axis: chance.normal(size=count) * 100 * wide for axis in "xyz"}}
 
 
-def write_iteration(path, iteration, mode="w", values=None):
+def write_into(file, iteration, values=None):
     """openPMD 1.1, in SI; momenta in kg m/s."""
+    if "openPMD" not in file.attrs:
+        file.attrs.update({"openPMD": np.bytes_("1.1.0"), "openPMDextension": np.uint32(0),
+                           "basePath": np.bytes_("/data/%T/"), "particlesPath": np.bytes_("particles/"),
+                           "iterationEncoding": np.bytes_("groupBased"), "iterationFormat": np.bytes_("/data/%T/")})
+    step = file.require_group("data").create_group(str(iteration))
+    step.attrs.update({"time": float(iteration), "dt": 1.0, "timeUnitSI": 1e-9})
+    for record, columns in (values or rows(iteration)).items():
+        group = step.create_group(f"particles/beam/{record}")
+        group.attrs["timeOffset"] = 0.0
+        group.attrs["unitDimension"] = np.array([1, 0, 0, 0, 0, 0, 0] if record == "position" else
+                                                [1, 1, -1, 0, 0, 0, 0], float)
+        for axis, column in columns.items():
+            group.create_dataset(axis, data=column)
+            group[axis].attrs["unitSI"] = 1.0 if record == "position" else 5.344285992678308e-28  # eV/c
+
+
+def write_iteration(path, iteration, mode="w", values=None):
     with h5py.File(path, mode) as file:
-        if "openPMD" not in file.attrs:
-            file.attrs.update({"openPMD": np.bytes_("1.1.0"), "openPMDextension": np.uint32(0),
-                               "basePath": np.bytes_("/data/%T/"), "particlesPath": np.bytes_("particles/"),
-                               "iterationEncoding": np.bytes_("groupBased"), "iterationFormat": np.bytes_("/data/%T/")})
-        step = file.require_group("data").create_group(str(iteration))
-        step.attrs.update({"time": float(iteration), "dt": 1.0, "timeUnitSI": 1e-9})
-        for record, columns in (values or rows(iteration)).items():
-            group = step.create_group(f"particles/beam/{record}")
-            group.attrs["timeOffset"] = 0.0
-            group.attrs["unitDimension"] = np.array([1, 0, 0, 0, 0, 0, 0] if record == "position" else
-                                                    [1, 1, -1, 0, 0, 0, 0], float)
-            for axis, column in columns.items():
-                group.create_dataset(axis, data=column)
-                group[axis].attrs["unitSI"] = 1.0 if record == "position" else 5.344285992678308e-28  # eV/c
+        write_into(file, iteration, values)
 
 
 def wait_until(true, what):
@@ -193,6 +197,13 @@ class FollowTest(FolderCase):
         for iteration in range(2, 4):
             write_iteration(run, iteration, "a")  # never kept from its file
             follower.has(iteration + 1)
+        with h5py.File(run, "a") as file:  # its own lock keeps nobody from reading
+            for iteration in range(4, 7):
+                write_into(file, iteration)
+                file.flush()
+                follower.has(iteration)
+            self.assertEqual(iterations(self.live), list(range(6)), "the last one may not be whole")
+        follower.has(7)
         self.assertEqual(follower.end(signal.SIGINT), 0)
         prepare(run, self.plots / "once.mote", *BOUNDS)
         self.same_steps(self.plots / "once.mote")

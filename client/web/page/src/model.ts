@@ -142,6 +142,19 @@ export class Model {
         if (unknown.length > 0) this.onLayers();
     }
 
+    /// A live dataset has other steps than before: true if one that is known does.
+    async learnSteps(): Promise<boolean> {
+        const grown = this.catalogue.filter(({name, steps}) => {
+            const particles = this.manifests.get(name)?.particles;
+            return particles !== undefined && particles.steps.length !== steps;
+        });
+        for (const {name} of grown) {
+            const {manifest} = await this.server.describe(name);
+            if (manifest) this.manifests.set(name, manifest);
+        }
+        return grown.length > 0;
+    }
+
     setStep(step: number, moving = false): void {
         for (const layer of this.view.layers) {
             const manifest = this.manifests.get(layer.dataset);

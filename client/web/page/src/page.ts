@@ -104,6 +104,7 @@ class Page {
         server.onCatalogue = (catalogue) => {
             model.catalogue = catalogue.datasets;
             this.catalogue.draw();
+            model.learnSteps().then((grown) => grown && this.time.draw(), (error) => tell(error.message, true));
         };
         server.onFailure = (error) => {
             place('status').textContent = 'Not drawn';
