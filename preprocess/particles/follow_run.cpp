@@ -126,6 +126,10 @@ class FollowedRun {
     }
 
     void pause(Clock::duration look) {
+        if (files_.files().empty() && !std::exchange(noted_, true)) {
+            progress_.note(fmt::format("{}: no file is there yet; waiting for the first step",
+                                       inputs_.empty() ? "" : inputs_.front().string()));
+        }
         if (live_.manifest() && !goesOn_)
             progress_.report(1.0, fmt::format("{} steps; waiting for the next", live_.steps()));
         else
@@ -283,6 +287,7 @@ class FollowedRun {
     std::map<fs::path, Taken> taken_;
     std::string format_;    ///< of the first files; empty: none was read yet
     std::size_t seen_ = 0;  ///< steps of the run so far, those that were not meant too
+    bool noted_ = false;    ///< that there is no file yet
     bool goesOn_ = false;   ///< with a dataset that was there: its own steps come first
 };
 

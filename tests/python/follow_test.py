@@ -320,7 +320,7 @@ class FollowTest(FolderCase):
         self.assertIn("is not live", ended.said)
         nothing = Follower(self.run / "none_%T.h5", self.plots / "none.mote")
         self.followers.append(nothing)
-        time.sleep(0.5)  # until it hears signals
+        nothing.says("none_%T.h5: no file is there yet")
         self.assertEqual(nothing.end(), 128 + signal.SIGTERM)
         self.assertFalse((self.plots / "none.mote").exists())
         self.assertEqual(sorted(path.name for path in self.plots.iterdir() if "partial" in path.name and
