@@ -75,8 +75,10 @@ void FrameDots::make(Tile tile, Local& local) const {
     }
     for (std::size_t i = 0; i < local.made.dots.size(); ++i)
         local.placed.emplace_back(local.made.depths[i], &local.made.dots[i]);
-    std::stable_sort(local.placed.begin(), local.placed.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    // What an image gives is in order already.
+    const auto nearer = [](const auto& a, const auto& b) { return a.first < b.first; };
+    if (!std::is_sorted(local.placed.begin(), local.placed.end(), nearer))
+        std::stable_sort(local.placed.begin(), local.placed.end(), nearer);
     for (const auto& [depth, dot] : local.placed) local.all.push_back({dot});
 }
 

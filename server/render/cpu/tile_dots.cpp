@@ -20,11 +20,12 @@ struct Reach {
     Reach(float centre, float reach, std::uint32_t tile) {
         const auto first = static_cast<float>(tile * Tile::edge);
         constexpr auto edge = static_cast<float>(Tile::edge);
-        // Pixel i has its centre at i + 1/2.
-        begin = static_cast<std::uint32_t>(std::clamp(std::floor(centre - reach - first), 0.0F, edge));
-        // What has no reach is in the pixel that holds it.
-        const float last =
-            reach > 0.0F ? std::ceil(centre + reach - first) : std::floor(centre - first) + 1.0F;
+        // Pixel i has its centre at i + 1/2, and what has no reach is in the pixel that holds it. A fragment,
+        // which reaches to the next centres, touches its own pixel alone.
+        const float at = reach > 0.0F ? centre - 0.5F - first : std::floor(centre - first);
+        const float from = reach > 0.0F ? std::floor(at - reach) + 1.0F : at;
+        const float last = reach > 0.0F ? std::ceil(at + reach) : at + 1.0F;
+        begin = static_cast<std::uint32_t>(std::clamp(from, 0.0F, edge));
         end = static_cast<std::uint32_t>(std::clamp(last, 0.0F, edge));
     }
 };
