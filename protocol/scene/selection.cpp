@@ -19,6 +19,8 @@
 namespace mote {
 namespace {
 
+constexpr double mostPlaceScale = 1e30;  // of places in a view in metres
+
 using PointListMessage = google::protobuf::RepeatedPtrField<google::protobuf::ListValue>;
 
 bool isNumber(const google::protobuf::Value& value) {
@@ -121,7 +123,7 @@ Result<Selection::Lasso> parseLasso(const proto::Selection::Lasso& message) {
     MOTE_RETURN_IF_ERROR(camera, "camera");
     lasso.camera = *camera;
     MOTE_ASSIGN_OR_RETURN(lasso.aspect, checkRange(message.aspect(), thinnest, 1.0 / thinnest, "aspect"));
-    MOTE_ASSIGN_OR_RETURN(lasso.transform, parseTransform(message.transform()));
+    MOTE_ASSIGN_OR_RETURN(lasso.transform, parseTransform(message.transform(), mostPlaceScale));
     MOTE_ASSIGN_OR_RETURN(lasso.points,
                           parsePoints(message.points(), 3, Selection::maxPolygonPoints, farthest));
     if (!message.has_clip()) return lasso;

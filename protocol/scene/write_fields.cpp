@@ -52,19 +52,20 @@ proto::Light toProto(const Light& light) {
     return message;
 }
 
-Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows) {
+Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows, double mostScale) {
     if (rows.empty()) return glm::dmat4(1.0);
     if (rows.size() != 16)
         return invalid("transform", fmt::format("16 numbers are needed, not {}", rows.size()));
     glm::dmat4 transform(1.0);
     for (int i = 0; i < 16; ++i) {
-        MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e9, 1e9, ""), fmt::format("transform[{}]", i));
+        MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e3 * mostScale, 1e3 * mostScale, ""),
+                             fmt::format("transform[{}]", i));
         transform[i % 4][i / 4] = rows[i];  // glm keeps columns
     }
     if (rows[12] != 0.0 || rows[13] != 0.0 || rows[14] != 0.0 || rows[15] != 1.0)
         return invalid("transform", "the last row must be 0, 0, 0, 1");
     const double determinant = std::abs(glm::determinant(glm::dmat3(transform)));
-    if (!(determinant > 1e-90 && determinant < 1e90))
+    if (!(std::cbrt(determinant) > 1.0 / mostScale && std::cbrt(determinant) < mostScale))
         return invalid("transform", "the matrix must be invertible and of sensible scale");
     return transform;
 }

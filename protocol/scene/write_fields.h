@@ -36,8 +36,10 @@ glm::dvec3 writeColor(const glm::dvec3& color, google::protobuf::RepeatedField<d
 
 proto::Light toProto(const Light& light);
 
-/// Errors, at "transform": not 16 finite numbers, not affine, not invertible.
-Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows);
+/// Errors, at "transform": not 16 finite numbers, not affine, not invertible, of a scale (the cube root of
+/// the determinant) that is not below `mostScale` and above 1 over it.
+Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows,
+                                  double mostScale = 1e6);
 
 /// Nothing for the identity.
 void writeTransform(const glm::dmat4& transform, google::protobuf::RepeatedField<double>* rows);

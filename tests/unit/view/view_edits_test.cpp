@@ -372,6 +372,8 @@ TEST(ViewEdits, AGestureOnThePanelChangesWhatItIsOnAlone) {
             if (isOtherKind(before, after)) break;
             Fields controls;
             for (const auto& field : changedFields(before, after)) controls.insert(controlOf(field));
+            // A camera that was of another space is fitted anew.
+            if (controls.contains("space")) controls.erase("camera");
             EXPECT_LE(controls.size(), 1U) << "gesture " << gesture << " on view " << i << ": "
                                            << testing::PrintToString(changedFields(before, after));
             changes += controls.empty() ? 0 : 1;
