@@ -143,12 +143,20 @@ Pixel encoded(const glm::vec3& light) {
     return {byteOf(light.x), byteOf(light.y), byteOf(light.z), 255};
 }
 
+/// The count that hides all, whatever its colour: what is left is as little as where rays end. `tau`: of a
+/// count of one.
+double fullOfAnyColor(double tau) {
+    constexpr double leastLeft = 5e-5;
+    return std::ceil(-std::log(leastLeft) / tau);
+}
+
 /// Turns a pixel's count into its bytes.
 class PixelBytes {
   public:
     PixelBytes(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points, PixelFormat format)
         : background_(plan.background), color_(only.look.color), format_(format) {
         tau_ = only.look.tauAt(1.0, false) * only.look.thinned * points.weightOfOne();
+        fullOfAnyColor_ = fullOfAnyColor(tau_);
         // What is left behind so much shows in no pixel of the format.
         const double opaque = format == PixelFormat::srgb8 ? 12.0 : 20.0;
         constexpr double most = 65536.0;
@@ -164,7 +172,7 @@ class PixelBytes {
 
     /// Of points of another colour.
     Pixel operator()(std::uint32_t count, const glm::vec3& color) const {
-        const auto passed = static_cast<float>(std::exp(-tau_ * count));
+        const auto passed = count < fullOfAnyColor_ ? static_cast<float>(std::exp(-tau_ * count)) : 0.0F;
         const glm::vec3 light = (1.0F - passed) * color + passed * glm::vec3(background_);
         return format_ == PixelFormat::srgb8 ? encoded(light) : blankPixel(glm::dvec3(light), format_);
     }
@@ -182,7 +190,7 @@ class PixelBytes {
 
     glm::dvec3 background_, color_;
     PixelFormat format_;
-    double tau_;
+    double tau_, fullOfAnyColor_;
     bool solid_;
     std::vector<Pixel> known_;
 };
@@ -217,7 +225,7 @@ FullCount fullCount(const FramePlan& plan, const PointLook& look, double tau, co
     // Beyond, nothing is left in single precision, whatever the colour.
     constexpr double nothing = 104.0;
     const double most = std::min(std::ceil(nothing / tau), static_cast<double>(neverFull - 1));
-    if (colors != nullptr) return passed(most) == 0.0F ? static_cast<FullCount>(most) : neverFull;
+    if (colors != nullptr) return static_cast<FullCount>(std::min(fullOfAnyColor(tau), most));
     const auto pixel = [&](double left) {
         return blankPixel((1.0 - left) * look.color + left * plan.background, format);
     };

@@ -208,6 +208,19 @@ ValueCode codeOf(const ValueSums& sums, std::size_t pixel) {
     return weight == 0 ? noValue : static_cast<ValueCode>((sum + weight / 2) / weight);
 }
 
+/// Columns from the first to the last that were added.
+struct Span {
+    std::uint32_t first = std::numeric_limits<std::uint32_t>::max(), end = 0;
+
+    void add(std::uint32_t column) { add({column, column + 1}); }
+    void add(const Span& other) {
+        first = std::min(first, other.first);
+        end = std::max(end, other.end);
+    }
+    /// Whether a column is one of them or beside one.
+    bool isAround(std::uint32_t column) const { return column + 1 >= first && column <= end; }
+};
+
 /// A point right at a pixel's border may be drawn in the next one, by the rounding of a device: there it has
 /// the value of the pixels around.
 ValueCode codeAround(std::span<const ValueCode> codes, std::uint32_t width, std::uint32_t height,
@@ -249,19 +262,26 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
     const bool counted = all && !sums.nearest && points.look.size <= 1.0;
     auto counts = listInTurns<std::uint32_t>(counted ? pixels : 0);
     auto codes = listInTurns<ValueCode>(pixels);
-    forRangesInTurns(pixels, std::size_t{1} << 14, [&](const auto& block) {
+    std::vector<Span> known(plan.height);  // of the pixels of each row that have a code
+    forInTurns(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
         constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
-        for (std::size_t i = block.begin(); i < block.end(); ++i) {
+        for (std::uint32_t column = 0; column < plan.width; ++column) {
+            const std::size_t i = std::size_t{row} * plan.width + column;
             codes[i] = codeOf(sums, i);
+            if (codes[i] != noValue) known[row].add(column);
             if (counted) counts[i] = static_cast<std::uint32_t>(std::min(sums.words[2 * i], most));
         }
     });
     auto places = listInTurns<std::uint16_t>(pixels);
     forInTurns(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
+        Span near;
+        for (std::uint32_t y = row - std::min(row, 1U); y < std::min(row + 2, plan.height); ++y)
+            near.add(known[y]);
         for (std::uint32_t column = 0; column < plan.width; ++column) {
             const std::size_t pixel = std::size_t{row} * plan.width + column;
             ValueCode code = codes[pixel];
-            if (code == noValue && all) code = codeAround(codes, plan.width, plan.height, column, row);
+            if (code == noValue && all && near.isAround(column))
+                code = codeAround(codes, plan.width, plan.height, column, row);
             const auto shade = (std::uint32_t{code} * (shades - 1) + greatestValue / 2) / greatestValue;
             places[pixel] = static_cast<std::uint16_t>(code == noValue ? shades : shade);
         }

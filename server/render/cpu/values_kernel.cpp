@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "server/render/cpu/leaf_ways-inl.h"
 
@@ -30,7 +31,12 @@ class LeafValues {
         : map_(map),
           run_(run),
           sums_(sums),
-          nowhere_(hn::Iota(ints, static_cast<std::int32_t>(map.width * map.height))) {}
+          nowhere_(hn::Iota(ints, static_cast<std::int32_t>(map.width * map.height))) {
+        for (const auto& side : map.edge) {
+            toFront_ += std::min(side[PointMap::rowSlab], 0.0);
+            depth_ += std::abs(side[PointMap::rowSlab]);
+        }
+    }
 
     HWY_INLINE void add(const ValueCode* codes) {
         const PackedPosition* points = run_.points;
@@ -40,7 +46,7 @@ class LeafValues {
             ways_.choose(map_, places_, size);
             for (std::size_t i = 0; i < size; ++i) {
                 const std::size_t count = run_.drawn[begin + i];
-                if (count > 0 && ways_.way[i] != notAtAll)
+                if (count > 0 && ways_.way[i] != notAtAll && !isHidden(i))
                     addLeaf(run_.cells[begin + i], i, points, codes, count);
                 points += run_.count[begin + i];
                 codes += run_.count[begin + i];
@@ -58,6 +64,37 @@ class LeafValues {
         } else {
             addInside(cell, i, points, codes, count);
         }
+    }
+
+    /// Whether all of a leaf is behind what its pixels have: of few pixels, as looking takes time.
+    HWY_INLINE bool isHidden(std::size_t i) const {
+        if constexpr (!nearest) return false;
+        if (ways_.way[i] == atBorder) return false;
+        // Points of the leaf are rounded, by no more than this.
+        constexpr double ofEdge = 1e-3, ofDepth = 1e-6;
+        const double origin = static_cast<double>(places_.origin[PointMap::rowSlab][i]);
+        const double front = origin + static_cast<double>(places_.edge[i]) * (toFront_ - ofEdge * depth_) -
+                             ofDepth * std::abs(origin);
+        return front > static_cast<double>(depthOfKey(greatestKey(i)));
+    }
+
+    /// Of the pixels that a leaf may meet; none where these are many.
+    HWY_INLINE NearKey greatestKey(std::size_t i) const {
+        if (ways_.way[i] == inOnePixel) return sums_[ways_.first[i]];
+        if (ways_.way[i] == inFourPixels) return lastKey(i);
+        constexpr std::size_t many = 36;
+        const auto pixels = [](float low, float high) {
+            return static_cast<std::size_t>(high) - static_cast<std::size_t>(low) + 1;
+        };
+        const std::size_t columns = pixels(places_.left[i], places_.right[i]);
+        const std::size_t rows = pixels(places_.top[i], places_.bottom[i]);
+        if (columns * rows > many) return noKey;
+        NearKey greatest = 0;
+        for (std::size_t row = 0; row < rows; ++row) {
+            const NearKey* const keys = sums_ + ways_.first[i] + row * map_.width;
+            greatest = std::max(greatest, *std::max_element(keys, keys + columns));
+        }
+        return greatest;
     }
 
     HWY_INLINE void addInOnePixel(LeafCell cell, std::size_t i, const PackedPosition* points,
@@ -170,6 +207,7 @@ class LeafValues {
     const LeafRun& run_;
     ValueSum* const sums_;
     const Int nowhere_;
+    double toFront_ = 0.0, depth_ = 0.0;  // of the box: from its origin to its front, and in all, slabs
     LeafPlaces places_;
     LeafWays ways_;
 };
