@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -21,6 +22,7 @@
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/series_source.h"
 #include "protocol/scene/step_range.h"
+#include "storage/manifest.h"
 
 namespace mote::prep {
 namespace {
@@ -298,6 +300,12 @@ Result<proto::Manifest> followRun(const proto::JobRequest& request, const std::v
     if (resources.ranks != nullptr && resources.ranks->size() > 1)
         return unsupported("follow", "a run is followed by one process, not under MPI");
     MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
+    for (const auto& input : inputs) {
+        std::error_code code;
+        if (fs::exists(input / storage::manifestName, code))
+            return invalid("inputs",
+                           fmt::format("{} is a dataset; the files of a run are followed", input.string()));
+    }
     // No lock of ours keeps the run's writer from its file, and none of his us: HDF5 reads this as it begins.
     ::setenv("HDF5_USE_FILE_LOCKING", "FALSE", 1);
     ::signal(SIGIO, SIG_IGN);  // somebody waits for a lease (watched_files.cpp), which is given back anyway
