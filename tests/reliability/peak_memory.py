@@ -14,10 +14,12 @@ import argparse
 import itertools
 import json
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
+import zlib
 
 from clients import ROOT, Client, Server, make_volume
 
@@ -30,8 +32,17 @@ def prepare(programs, *command):
     subprocess.run([programs / "mote-prep", *map(str, command), "--quiet"], check=True, stdout=subprocess.DEVNULL)
 
 
+def png(width, height):
+    """A picture in colour, of gradients."""
+    row = b"\0" + b"".join(bytes((x % 256, x // 16 % 256, 90)) for x in range(width))
+    chunks = ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(row * height, 1)),
+              (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(data)) + name + data
+                                            + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks)
+
+
 def make_data(programs, folder):
-    """A volume that fills the picture, a surface of it, particles, and dots of a plane and of the surface."""
+    """A volume that fills the picture, a surface of it, particles, dots of a plane and of the surface, and a photograph."""
     make_volume(programs, folder, EDGE)
     data = folder / "data"
     prepare(programs, "synth", "beam", "--particles", 100000, "--steps", 2, "--seed", 1, "--out", folder / "run.h5")
@@ -43,6 +54,8 @@ def make_data(programs, folder):
     (folder / "tetrahedron.off").write_text("OFF\n4 4 0\n1 1 1\n-1 -1 1\n-1 1 -1\n1 -1 -1\n"
                                             "3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n", encoding="ascii")
     prepare(programs, "stipple", folder / "tetrahedron.off", "--points", 5000, "--out", data / "dots.mote")
+    (folder / "photo.png").write_bytes(png(6000, 4000))
+    prepare(programs, "image", folder / "photo.png", "--out", data / "photo.mote")
 
 
 BEAM, FIELD, SKIN = "data/beam", "data/field", "data/skin"
@@ -60,6 +73,7 @@ KINDS = {
     "dotted": ({"dataset": FIELD, "hybrid": {}}, {"last": DOTTED}),
     "mesh": ({"dataset": SKIN, "mesh": {}}, {}),
     "glass": ({"dataset": SKIN, "mesh": {"opacity": 0.4}}, {}),
+    "image": ({"dataset": "data/photo", "image": {}, "opacity": 0.5}, {}),
     "ink": ({"dataset": SKIN, "ink": INK}, {}),
     "field-ink": ({"dataset": FIELD, "ink": INK}, {}),
     "beam-ink": ({"dataset": BEAM, "ink": INK}, {}),
@@ -82,7 +96,7 @@ def view_of(kind, layers, turn, size):
     if layer["dataset"] in (BEAM, FIELD):
         view["camera"] = {"eye": [1.3, 0.1 * turn, 0.5], "target": [0, 0, 0], "up": [0, 0, 1]}
     view["layers"] = [dict(layer) for _ in range(layers)]
-    for number, one in enumerate(view["layers"]):
+    for number, one in enumerate(view["layers"] if "image" not in layer else ()):
         one["transform"] = [1, 0, 0, 0.01 * number, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
     if "last" in more:
         view["layers"].append(more["last"])
