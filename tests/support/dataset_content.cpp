@@ -141,7 +141,10 @@ std::string contentOfDataset(const std::filesystem::path& dataset,
     if (manifest.has_hybrid()) addHybrid(dataset, manifest, content);
     if (manifest.has_stipple()) addHierarchy(must(storage::readHierarchy(dataset, manifest)), content);
     if (manifest.has_mesh()) addMesh(must(storage::readMesh(dataset, manifest)), content);
-    if (manifest.has_image()) content.add(must(storage::readImage(dataset, manifest)).values);
+    if (manifest.has_image()) {
+        content.add(must(storage::readImage(dataset, manifest)).values);
+        content.add(must(storage::readColors(dataset, manifest)).values);
+    }
     auto described = manifest;
     described.clear_files();  // their hashes are those of what is compared anyway
     return described.SerializeAsString() + content.take();
