@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <type_traits>
+#include <utility>
 
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
@@ -52,6 +54,39 @@ Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind)
     return layer;
 }
 
+/// The names of all kinds of layers.
+std::string kindNames() {
+    const auto& kinds = *proto::Layer::descriptor()->FindOneofByName("kind");
+    std::string names;
+    for (int i = 0; i < kinds.field_count(); ++i) {
+        if (i > 0) names += i + 1 < kinds.field_count() ? ", " : " and ";
+        names += fmt::format("\"{}\"", kinds.field(i)->name());
+    }
+    return names;
+}
+
+/// Of a kind whose style is its message and nothing else: found by its type among those of a layer, from the
+/// `first` on.
+template <std::size_t first = 0>
+Result<Layer> parseMessageStyle(const proto::Layer& message, Layer layer) {
+    using Styles = decltype(layer.style);
+    if constexpr (first < std::variant_size_v<Styles>) {
+        using Style = std::variant_alternative_t<first, Styles>;
+        if constexpr (std::is_base_of_v<google::protobuf::Message, Style>) {
+            const auto& reflection = *message.GetReflection();
+            const auto* const kind = reflection.GetOneofFieldDescriptor(
+                message, proto::Layer::descriptor()->FindOneofByName("kind"));
+            if (kind != nullptr && kind->message_type() == Style::descriptor()) {
+                const auto& said = dynamic_cast<const Style&>(reflection.GetMessage(message, kind));
+                return withStyle(std::move(layer), resolved(said), kind->name());
+            }
+        }
+        return parseMessageStyle<first + 1>(message, std::move(layer));
+    } else {
+        return invalid("", "a layer holds exactly one kind; this version draws " + kindNames());
+    }
+}
+
 /// A layer with its kind's style alone.
 Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& background, Layer layer) {
     switch (message.kind_case()) {
@@ -63,14 +98,8 @@ Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& backgrou
             return withStyle(std::move(layer), parseStippleStyle(message.stipple(), background), "stipple");
         case proto::Layer::kInk:
             return withStyle(std::move(layer), parseInkStyle(message.ink(), background), "ink");
-        case proto::Layer::kMesh:
-            return withStyle(std::move(layer), resolved(message.mesh()), "mesh");
-        case proto::Layer::kImage:
-            return withStyle(std::move(layer), resolved(message.image()), "image");
         default:
-            return invalid("",
-                           "a layer holds exactly one kind; this version draws \"particles\", \"hybrid\", "
-                           "\"stipple\", \"ink\", \"mesh\" and \"image\"");
+            return parseMessageStyle(message, std::move(layer));
     }
 }
 

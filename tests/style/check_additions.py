@@ -26,7 +26,6 @@ ADDITIONS = {
         {
             "protocol/mote.proto",
             "protocol/scene/view.h",
-            "protocol/scene/view.cpp",
             "protocol/scene/dataset.cpp",
             "server/render/layers/scene.h",
             "server/render/layers/make_frame_plan.cpp",
