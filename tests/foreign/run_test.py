@@ -83,7 +83,7 @@ class Run(Case):
         self.refused("along x, y and z", run, *every, "x,px,y", "--meshes", "rho")
         self.refused("nothing", run, *every, "x,y,z", "--meshes", "nothing")
         self.refused("muons", run, *every, "x,px,y", "--species", "ions,muons")
-        self.refused("would be made twice", run, *every, "x,px,y", "--species", "ions,ions")
+        self.refused("names ions twice", run, *every, "x,px,y", "--species", "ions,ions")
         self.refused("nonsense", run, *every, "x,px,nonsense")
         self.assertEqual(self.left(), [])
 
