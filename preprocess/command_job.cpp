@@ -12,7 +12,7 @@ namespace {
 constexpr const char* jobExamples = R"(Example:
   mote-prep job request.json --root data=/scratch/runs --progress-fd 3
 
-REQUEST.json is a JobRequest: {"output": "data/beam.mote", "particles": {"inputs": ["data/runJob.h5"],
+REQUEST.json is a JobRequest: {"output": "data/beam.mote", "particles": {"inputs": ["data/run.h5"],
 "axes": ["x", "px", "y"]}}. With --root, inputs and output are named ROOT/PATH and lie beneath these roots; without,
 they are paths. Each change of progress is one line {"progress": 0.25, "phase": "..."} on the descriptor.)";
 

@@ -14,12 +14,12 @@ namespace mote::prep {
 namespace {
 
 constexpr const char* particlesExamples = R"(Examples:
-  mote-prep particles runParticles.h5 --axes x,px,y --out plots/beam.mote
+  mote-prep particles run.h5 --axes x,px,y --out plots/beam.mote
   mote-prep particles dtl/fort.1??.gz --axes x,y,energy --format impactz --out dtl.mote
   mote-prep particles "out/beam_%T.h5" --axes x,px,y --bounds-of step --follow --out live.mote
   mote-prep particles beam.mote --axes y,py,delta --out again.mote
   mote-prep particles table.txt --axes x,px,y --map "x=X [mm],px=PX [MeV/c],y=3 [mm]" --out table.mote
-  mote-prep particles runParticles.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
+  mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
 Axes: x y z t px py pz weight, derived r theta xp yp pr p delta gamma energy, of the bunch's own frame zeta tau x_c y_c
 px_c py_c pz_c, records of the source by their names, and expressions: --axes "zeta,hypot(x,y),energy*1e-6". Without --bounds, a plot's bounds are the least and the
@@ -66,8 +66,7 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
     const auto field = [&](const char* path, const char* help, const char* name = "") {
         return fieldOption(command, *options.request.mutable_particles(), path, help, name);
     };
-    field("inputs", "The files of one runParticles, a folder of them, or a dataset with columns", "INPUT")
-        .required();
+    field("inputs", "The files of one run, a folder of them, or a dataset with columns", "INPUT").required();
     field("format", "How the files are read; their content tells unless given")
         .oneOf(particleFormats())
         .valueName("NAME");

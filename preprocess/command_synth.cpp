@@ -58,7 +58,7 @@ void addShapes(const cli::Command& synth, CommandLine& line) {
 }
 
 constexpr const char* synthExamples = R"(Example:
-  mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out runSynth.h5)";
+  mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out run.h5)";
 
 void addSynth(const cli::Command& program, CommandLine& line) {
     const auto synth = program.subcommand("synth", "Make a synthetic run");
