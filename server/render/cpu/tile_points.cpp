@@ -16,53 +16,78 @@ namespace {
 constexpr std::size_t chunkLeaves = std::size_t{1} << 14;
 constexpr std::size_t chunkBlocks = 16;  // of the preview
 
-/// The leaves of a layer that are drawn, chunk by chunk, with the tiles that they can touch.
+/// The leaves of a layer of which points are drawn, chunk by chunk, with the tiles that they can touch.
 class LeafTiles {
   public:
-    /// `boxes`: room for those of the leaves. `verified`: for the points of each chunk.
-    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells, std::vector<TileBox>& boxes,
+    /// `found`: room for the leaves. `verified`: for the points of each chunk.
+    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells, std::vector<DrawnLeaf>& found,
               std::vector<PointRun>& verified)
-        : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), boxes_(boxes), verified_(verified) {
-        boxes_.resize(cells.size());
+        : layer_(layer),
+          leaves_(layer.step->leaves()),
+          cells_(cells),
+          found_(found),
+          counts_(chunks(), 0),
+          verified_(verified) {
+        found_.resize(cells.size());
         verified_.assign(chunks(), {});
     }
 
     std::size_t chunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
 
     /// Returns the points of leaves that touch a tile.
-    std::uint64_t prepare(std::size_t chunk, const PointMap& map, float margin) const {
+    std::uint64_t prepare(std::size_t chunk, const PointMap& map, float margin) {
         const std::size_t begin = chunk * chunkLeaves, end = std::min(cells_.size(), begin + chunkLeaves);
-        bool any = false;
-        for (std::size_t i = begin; i < end; ++i) any = any || layer_.drawn(i) > 0;
-        std::fill(boxes_.begin() + static_cast<std::ptrdiff_t>(begin),
-                  boxes_.begin() + static_cast<std::ptrdiff_t>(end), TileBox{});
-        if (!any) return 0;
-        verified_[chunk] = verify(begin, end);
-        leafTiles(map, cells_.data() + begin, end - begin, margin, boxes_.data() + begin);
         std::uint64_t drawn = 0;
+        std::array<std::uint32_t, blockLeaves> numbers;
+        std::size_t size = 0;
+        const auto add = [&] {
+            drawn += addBlock(chunk, {numbers.data(), size}, map, margin);
+            size = 0;
+        };
         for (std::size_t i = begin; i < end; ++i) {
-            if (boxes_[i].left < boxes_[i].right) drawn += layer_.drawn(i);
+            if (layer_.drawn(i) == 0) continue;
+            numbers[size++] = static_cast<std::uint32_t>(i);
+            if (size == blockLeaves) add();
         }
+        if (size > 0) add();
+        if (counts_[chunk] > 0) verified_[chunk] = verify(begin, end);
         return drawn;
     }
 
     /// Calls visit(tile, leaf points) for each tile that a leaf of the chunk can touch.
     template <class Visit>
     void forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
-        const std::size_t begin = chunk * chunkLeaves, end = std::min(cells_.size(), begin + chunkLeaves);
-        for (std::size_t i = begin; i < end; ++i) {
-            const TileBox& box = boxes_[i];
-            if (box.left == box.right) continue;
-            const std::uint32_t count = layer_.drawn(i);
+        const DrawnLeaf* const first = found_.data() + chunk * chunkLeaves;
+        for (const auto& [leaf, box] : std::span(first, counts_[chunk])) {
+            const std::uint32_t count = layer_.drawn(leaf);
             for (std::uint32_t row = box.top; row < box.bottom; ++row) {
                 for (std::uint32_t column = box.left; column < box.right; ++column) {
-                    visitRuns(std::size_t{row} * columns + column, i, count, visit);
+                    visitRuns(std::size_t{row} * columns + column, leaf, count, visit);
                 }
             }
         }
     }
 
   private:
+    static constexpr std::size_t blockLeaves = 256;
+
+    /// Keeps those that touch a tile. Returns how many points of them are drawn.
+    std::uint64_t addBlock(std::size_t chunk, std::span<const std::uint32_t> numbers, const PointMap& map,
+                           float margin) {
+        std::array<LeafCell, blockLeaves> cells;
+        std::array<TileBox, blockLeaves> boxes{};
+        std::transform(numbers.begin(), numbers.end(), cells.begin(),
+                       [this](std::uint32_t leaf) { return cells_[leaf]; });
+        leafTiles(map, cells.data(), numbers.size(), margin, boxes.data());
+        std::uint64_t drawn = 0;
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            if (boxes[i].left == boxes[i].right) continue;
+            drawn += layer_.drawn(numbers[i]);
+            found_[chunk * chunkLeaves + counts_[chunk]++] = {numbers[i], boxes[i]};
+        }
+        return drawn;
+    }
+
     /// Checks that the bytes of the leaves' points are right.
     PointRun verify(std::size_t firstLeaf, std::size_t endLeaf) const {
         const std::uint64_t begin = leaves_.pointBegin[firstLeaf];
@@ -88,7 +113,8 @@ class LeafTiles {
     const PointsPlan& layer_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
-    std::vector<TileBox>& boxes_;
+    std::vector<DrawnLeaf>& found_;
+    std::vector<std::size_t> counts_;  // of them, by chunk
     std::vector<PointRun>& verified_;
 };
 
@@ -127,7 +153,7 @@ void TilePoints::sortLeaves(const PointsPlan& layer, std::span<const LeafCell> c
     verified_.clear();
     // Without leaves to draw, the octree need not even be there.
     if (cells.empty()) return leaves_.clear(tiles_);
-    const LeafTiles leafTiles(layer, cells, boxes_, verified_);
+    LeafTiles leafTiles(layer, cells, drawnLeaves_, verified_);
     std::atomic<std::uint64_t> drawn{0};
     leaves_.fill(
         tiles_, leafTiles.chunks(), stop,
@@ -237,7 +263,7 @@ void TilePoints::verify(const PointsPlan& layer) const {
 
 std::uint64_t TilePoints::bytes() const {
     return leaves_.bytes() + discPoints_.bytes() + pixelPoints_.bytes() +
-           boxes_.capacity() * sizeof(TileBox) + pointTiles_.capacity() * sizeof(std::uint32_t) +
+           drawnLeaves_.capacity() * sizeof(DrawnLeaf) + pointTiles_.capacity() * sizeof(std::uint32_t) +
            unsorted_.capacity() * sizeof(TilePoint);
 }
 

@@ -33,6 +33,12 @@ struct LonePoint {
     const PixelColors* colors;  ///< in place of the dot's, by pixel; null: none
 };
 
+/// A leaf of which points are drawn, and the tiles that they can touch.
+struct DrawnLeaf {
+    std::uint32_t leaf;
+    TileBox box;
+};
+
 /// Points that follow each other in the file.
 struct PointRun {
     std::uint64_t begin = 0, count = 0;
@@ -94,7 +100,7 @@ class TilePoints {
     TileLists<TilePoint> pixelPoints_;
     std::vector<PointRun> verified_;  // of the leaves that are drawn
     // While they are sorted.
-    std::vector<TileBox> boxes_;
+    std::vector<DrawnLeaf> drawnLeaves_;
     std::vector<std::uint32_t> pointTiles_;
     std::vector<TilePoint> unsorted_;
     PointStream stream_;

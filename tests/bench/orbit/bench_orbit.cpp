@@ -146,6 +146,8 @@ void addOptions(const mote::cli::Command& app, Options& options) {
     app.option("--width", options.orbit.width, "pixels").range(16, 8192);
     app.option("--height", options.orbit.height, "pixels").range(16, 4096);
     app.option("--degrees", options.orbit.degreesPerSecond, "a second, of the hand").range(0.0, 720.0);
+    app.option("--closer", options.orbit.closer, "how many times nearer than where all of it is seen")
+        .range(0.1, 100.0);
     app.option("--representation", options.representation,
                "of a hybrid volume: points, residual or volume; else the best that it has");
     app.flag("--all-points", options.orbit.allPoints,

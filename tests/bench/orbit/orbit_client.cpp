@@ -67,7 +67,7 @@ std::uint64_t OrbitClient::show(std::uint32_t step, bool moving) {
     view.set_width(settings_.width);
     view.set_height(settings_.height);
     Camera camera = fitCamera(settings_.bounds, double{1.0} * settings_.width / settings_.height);
-    const glm::dvec3 arm = camera.eye - camera.target;
+    const glm::dvec3 arm = (camera.eye - camera.target) / settings_.closer;
     camera.eye = camera.target + glm::dvec3(std::cos(angle) * arm.x + std::sin(angle) * arm.z, arm.y,
                                             std::cos(angle) * arm.z - std::sin(angle) * arm.x);
     *view.mutable_camera() = toProto(camera);

@@ -24,6 +24,7 @@ struct OrbitSettings {
     std::optional<proto::InkStyle> ink;                ///< of a mesh, likewise
     bool allPoints = false;        ///< of particles: no volume, every point; else the default style
     double degreesPerSecond = 30;  ///< of the hand
+    double closer = 1;             ///< how many times nearer than where all of the dataset is seen
     std::optional<double> rate;    ///< views a second; absent: a new view for each frame that came
 };
 
