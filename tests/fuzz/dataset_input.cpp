@@ -86,7 +86,9 @@ void writeAgain(const fs::path& dataset, const proto::Manifest& manifest, const 
     require(writer.ok() && write(writer->directory()).ok());
     for (const auto& entry : fs::directory_iterator(writer->directory()))
         require(writer->add(entry.path().filename().string()).ok());
-    require(writer->publish(manifest).ok() && storage::verifyDataset(again).empty());
+    auto described = manifest;
+    described.clear_files();  // the writer tells of those that it was given
+    require(writer->publish(described).ok() && storage::verifyDataset(again).empty());
 }
 
 /// Of kinds that are loaded as a whole.
