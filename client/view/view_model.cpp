@@ -351,7 +351,7 @@ std::optional<Bounds> ViewModel::layerBounds() const {
 }
 
 proto::Clip ViewModel::clip() const {
-    proto::Clip clip = layer().clip();
+    proto::Clip clip = saidClip(layer());
     const auto& own = layer().hybrid();
     clip.mutable_planes()->MergeFrom(own.clip_planes());
     if (own.has_clip_box()) *clip.mutable_box() = own.clip_box();
@@ -370,6 +370,8 @@ void ViewModel::replaceClip(const proto::Clip& clip) {
     auto& layer = mutableLayer();
     *layer.mutable_clip() = clip;
     if (clip.planes().empty() && !clip.has_box()) layer.clear_clip();
+    layer.clear_clip_planes();
+    layer.clear_clip_box();
     if (!layer.has_hybrid()) return;
     layer.mutable_hybrid()->clear_clip_planes();
     layer.mutable_hybrid()->clear_clip_box();

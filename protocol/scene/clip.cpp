@@ -86,6 +86,31 @@ Result<proto::Clip> parseClip(proto::Clip message) {
     return clip;
 }
 
+proto::Clip saidClip(const proto::Layer& layer) {
+    proto::Clip clip = layer.clip();
+    clip.mutable_planes()->MergeFrom(layer.clip_planes());
+    if (layer.has_clip_box()) *clip.mutable_box() = layer.clip_box();
+    return clip;
+}
+
+Result<proto::Clip> parseClipOf(const proto::Layer& layer) {
+    if (auto own = parseClip(layer.clip()); !own.ok()) return own.error().within("clip");
+    proto::Layer beside;
+    *beside.mutable_clip_planes() = layer.clip_planes();
+    if (layer.has_clip_box()) *beside.mutable_clip_box() = layer.clip_box();
+    if (auto other = parseClip(saidClip(beside)); !other.ok()) {
+        // Of a clip's "planes" and "box" these are the layer's "clipPlanes" and "clipBox".
+        Error error = other.error();
+        if (!error.where.empty()) error.where[0] = error.where[0] == 'p' ? 'P' : 'B';
+        error.where.insert(0, "clip");
+        return error;
+    }
+    if (layer.has_clip_box() && layer.clip().has_box())
+        return invalid("clipBox", "a layer has one clip box, and its \"clip\" has it");
+    auto clip = parseClip(saidClip(layer));
+    return clip.ok() ? clip : Result<proto::Clip>(invalid("clipPlanes", clip.error().message));
+}
+
 HalfSpaces halfSpacesOf(const ClipPlanes& planes, const proto::ClipBox* box) {
     HalfSpaces clips;
     for (const auto& plane : planes) clips.push_back({readVector(plane.normal()), plane.distance()});

@@ -66,6 +66,11 @@ Status checkBox(const proto::ClipBox& box, std::string_view field);
 /// Its fields checked, and filled in. Errors: as above, a number out of range.
 Result<proto::Clip> parseClip(proto::Clip message);
 
+/// What a layer says of its clip, in `clip` and beside it (clipPlanes, clipBox); unchecked.
+proto::Clip saidClip(const proto::Layer& layer);
+/// The same, as parseClip. Errors name the layer's field: as above, two boxes, too many planes in all.
+Result<proto::Clip> parseClipOf(const proto::Layer& layer);
+
 /// Of checked ones.
 HalfSpaces halfSpacesOf(const ClipPlanes& planes, const proto::ClipBox* box);
 HalfSpaces halfSpacesOf(const proto::Clip& clip);

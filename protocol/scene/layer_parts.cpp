@@ -168,8 +168,8 @@ Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages
     if (message.has_paths()) MOTE_RETURN_IF_ERROR(take(parsePaths(message.paths()), "paths", layer.paths));
     if (message.has_towards())
         MOTE_RETURN_IF_ERROR(take(parseTowards(message.towards()), "towards", layer.towards));
-    if (!message.has_clip()) return success();
-    MOTE_RETURN_IF_ERROR(take(parseClip(message.clip()), "clip", layer.clip));
+    if (!message.has_clip() && message.clip_planes().empty() && !message.has_clip_box()) return success();
+    MOTE_ASSIGN_OR_RETURN(layer.clip, parseClipOf(message));
     return checkClips(layer);
 }
 

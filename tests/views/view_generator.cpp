@@ -95,7 +95,12 @@ void cut(const DatasetName& data, proto::Layer& layer) {
     const auto& own = layer.hybrid();
     if (own.has_clip_box()) clip.clear_box();
     if (own.clip_planes_size() + clip.planes_size() > mostClipPlanes) clip.clear_planes();
-    *layer.mutable_clip() = clip;
+    if (random.chance(0.5)) {
+        *layer.mutable_clip() = clip;
+        return;
+    }
+    *layer.mutable_clip_planes() = clip.planes();
+    if (clip.has_box()) *layer.mutable_clip_box() = clip.box();
 }
 
 /// A layer of any dataset, without its transform.

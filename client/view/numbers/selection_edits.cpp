@@ -110,7 +110,8 @@ proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer
     *lasso.mutable_camera() = toProto(camera);
     lasso.set_aspect(aspect);
     writeTransform(layerToWorld, lasso.mutable_transform());
-    if (layer.has_clip()) *lasso.mutable_clip() = layer.clip();
+    const proto::Clip clip = saidClip(layer);
+    if (!clip.planes().empty() || clip.has_box()) *lasso.mutable_clip() = clip;
     assignPoints(*lasso.mutable_points(), points);
     return selection;
 }

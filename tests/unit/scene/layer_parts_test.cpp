@@ -99,6 +99,33 @@ TEST(LayerParts, EveryKindCanBeCut) {
     EXPECT_NE(refusalOf(both).find("layers[0].clip.box"), std::string::npos);
 }
 
+TEST(LayerParts, PlanesAndBoxMayStandBesideTheClip) {
+    const std::string plane = "{'normal': [0, 0, 2], 'distance': 1}",
+                      box = "{'min': [0, 0, 0], 'max': [1, 2, 3]}";
+    const auto inClip = "'clip': {'planes': [" + plane + "], 'box': " + box + "}";
+    for (const char* kind : {"particles", "hybrid", "mesh", "ink", "stipple"}) {
+        const auto said = parseView(viewWith(kind, inClip)).value();
+        for (const auto& beside : {"'clipPlanes': [" + plane + "], 'clipBox': " + box,
+                                   "'clip': {'planes': [" + plane + "]}, 'clipBox': " + box,
+                                   "'clip': {'box': " + box + "}, 'clipPlanes': [" + plane + "]"})
+            EXPECT_EQ(parseView(viewWith(kind, beside)).value(), said) << kind << " " << beside;
+    }
+    const auto refused = [](const std::string& part, const std::string& where) {
+        EXPECT_EQ(refusalOf(viewWith("mesh", part)).rfind("layers[0]." + where, 0), 0U)
+            << refusalOf(viewWith("mesh", part));
+    };
+    refused("'clip': {'box': " + box + "}, 'clipBox': " + box, "clipBox: ");
+    refused("'clipBox': {'min': [0, 0, 0], 'max': [0, 1, 1]}", "clipBox.max[0]: ");
+    refused("'clipPlanes': [" + plane + ", {'normal': [0, 0, 0]}]", "clipPlanes[1].normal: ");
+    refused("'clipPlanes': [{'distance': 1}]", "clipPlanes[0].normal: ");
+    refused("'clip': {'planes': [{'normal': [0, 0, 0]}]}, 'clipPlanes': [" + plane + "]",
+            "clip.planes[0].normal: ");
+    std::string many = plane;
+    for (int i = 0; i < 5; ++i) many += ", " + plane;
+    EXPECT_TRUE(parseView(viewWith("mesh", "'clipPlanes': [" + many + "]")).ok());
+    refused("'clip': {'planes': [" + plane + "]}, 'clipPlanes': [" + many + "]", "clipPlanes: ");
+}
+
 TEST(LayerParts, AnImageHasNoPlaceAndNothingToCut) {
     EXPECT_TRUE(parseView(viewWith("image", "'opacity': 0.5")).ok());
     const auto refused = [](const std::string& part, const std::string& where) {

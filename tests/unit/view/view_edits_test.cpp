@@ -192,6 +192,23 @@ TEST(ViewEdits, OfClipPlanesLeaveTheOthersAlone) {
     EXPECT_FALSE(model.edited().layers(0).has_clip());
 }
 
+TEST(ViewEdits, OfPlanesBesideAClipMakeOneOfAll) {
+    const auto view = viewOf(R"("hybrid": {}, "clipPlanes": [{"normal": [0, 0, 1], "distance": 2}],
+        "clipBox": {"min": [0, 0, 0], "max": [1, 1, 1]}, "clip": {"planes": [{"normal": [0, 1, 0]}]})");
+    ViewModel model;
+    load(view, model);
+    EXPECT_EQ(changedFields(view, model.edited()), Fields{});
+    auto clip = model.clip();
+    ASSERT_EQ(clip.planes_size(), 2);
+    EXPECT_TRUE(clip.has_box());
+    clip.mutable_planes(1)->set_distance(3.0);
+    ASSERT_TRUE(model.setClip(clip).ok());
+    const auto edited = model.edited().layers(0);
+    EXPECT_EQ(toJson(edited.clip()), toJson(clip));
+    EXPECT_TRUE(edited.clip_planes().empty());
+    EXPECT_FALSE(edited.has_clip_box());
+}
+
 TEST(ViewEdits, APlaneCutsAwayTheHalfBeforeTheEye) {
     proto::Clip clip;
     const Bounds box{glm::dvec3(0.0), {40.0, 20.0, 20.0}};
