@@ -415,10 +415,7 @@ Status checkSizes(const Film& film) {
 
 Status checkTarget(const FramesOptions& options) {
     const auto& video = options.video;
-    if (!videoFormat(video.extension().string())) {
-        return Error{ErrorCode::invalidArgument, "--video",
-                     fmt::format("\"{}\" is no video: FILE.mp4, FILE.webm or FILE.gif", video.string())};
-    }
+    MOTE_RETURN_IF_ERROR(videoFormatOf(video));
     std::error_code code;
     if (options.resume || options.force || !std::filesystem::exists(video, code)) return success();
     return Error{ErrorCode::alreadyExists, video.string(), "is there already; --force replaces it"};

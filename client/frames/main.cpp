@@ -92,12 +92,7 @@ Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, c
 Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesOptions& options,
                   ProgressBar& bar, const Interrupt& interrupt) {
     const auto& film = job.request().film();
-    const auto format = videoFormat(options.video.extension().string());
-    if (!format) {
-        return Error{
-            ErrorCode::invalidArgument, "--video",
-            fmt::format("\"{}\" is no video: FILE.mp4, FILE.webm or FILE.gif", options.video.string())};
-    }
+    MOTE_ASSIGN_OR_RETURN(const auto format, videoFormatOf(options.video));
     if (!film.video().empty()) {
         if (videoFormat(film.video()) != format)
             return Error{

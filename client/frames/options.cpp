@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "client/frames/video/video_settings.h"
 #include "protocol/cli/command.h"
 #include "protocol/scene/page.h"
 #include "protocol/scene/view.h"
@@ -278,6 +279,8 @@ Status checkVideo(RawOptions& raw, const cli::Command& app) {
         return invalid("--keep-frames", "is for --video; without it the pictures are all that is made");
     if (options.keepFrames && raw.out.empty()) return invalid("--keep-frames", "needs --out, their folder");
     MOTE_RETURN_IF_ERROR(checkOut(raw));
+    const bool named = options.task == FramesTask::draw || options.task == FramesTask::fetch;
+    if (named && !raw.video.empty()) MOTE_RETURN_IF_ERROR(videoFormatOf(raw.video));
     if (options.task == FramesTask::fetch && !raw.out.empty() && !raw.video.empty())
         return invalid("--fetch", "either --out or --video");
     return success();

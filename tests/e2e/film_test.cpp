@@ -210,6 +210,13 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"BlurOfViews", "{'views': [" + still + "]}", {"--shutter", "90"}, "shutter"}),
     [](const auto& each) { return each.param.name; });
 
+TEST_F(Films, AVideoOfAnUnknownKindIsAWrongUsage) {
+    const auto done = film(turn(), videos() / "film.avi", spawn());
+    EXPECT_EQ(done.status, 2);
+    EXPECT_THAT(done.errors, HasSubstr("--video"));
+    EXPECT_THAT(done.errors, HasSubstr("film.avi"));
+}
+
 TEST_F(Films, AVideoThatIsThereStays) {
     std::ofstream(videos() / "film.mp4") << "precious";
     const auto done = film(turn(), videos() / "film.mp4", spawn());

@@ -83,6 +83,12 @@ std::optional<VideoFormat> videoFormat(std::string_view extension) {
     return std::nullopt;
 }
 
+Result<VideoFormat> videoFormatOf(const std::filesystem::path& file) {
+    if (const auto format = videoFormat(file.extension().string())) return *format;
+    return invalid("--video",
+                   fmt::format("\"{}\" is no video: FILE.mp4, FILE.webm or FILE.gif", file.string()));
+}
+
 std::string_view name(VideoFormat format) {
     return videoCodec(format).title;
 }

@@ -35,6 +35,9 @@ struct VideoSettings {
 /// "mp4", "webm" or "gif", with or without a dot before it, in either case.
 std::optional<VideoFormat> videoFormat(std::string_view extension);
 
+/// That of a file by its name. Errors: invalidArgument (--video: it does not end in .mp4, .webm or .gif).
+Result<VideoFormat> videoFormatOf(const std::filesystem::path& file);
+
 /// "MP4", "WebM", "GIF": for sentences.
 std::string_view name(VideoFormat format);
 
