@@ -195,6 +195,10 @@ Result<proto::Description> DatasetService::describeKnown(const std::string& name
 Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
                                                                           std::uint32_t index) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, this->dataset(dataset));
+    if (!entry.manifest->has_particles()) {
+        return Error{ErrorCode::invalidArgument, "dataset",
+                     fmt::format("\"{}\" is of kind \"{}\", not particles", dataset, entry.manifest->kind())};
+    }
     MOTE_ASSIGN_OR_RETURN(auto step, steps_.step(entry, index));
     return std::shared_ptr<const storage::ParticleStep>(std::move(step));
 }

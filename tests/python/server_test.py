@@ -247,6 +247,8 @@ class Images(BeamCase):
                 self.render(self.layer("photo", **more), size=(16, 12))
         with self.fails("invalid_argument", "layers[0].dataset", "not an image"):
             self.render(self.layer("beam", kind="image"), size=(16, 12))
+        with self.fails("invalid_argument", "layers[0].dataset", "not particles"):
+            self.render(self.layer("photo", kind="particles"), size=(16, 12))
 
 
 @needs_server
