@@ -60,6 +60,19 @@ Status addColumn(const std::string& name, const ParticleSource& source, KeptColu
     return success();
 }
 
+/// A quantity's name as it is; that of a record of vectors, as spin, becomes those of the components that the
+/// run has: spin_x, spin_y, spin_z.
+std::vector<std::string> columnsCalled(const std::string& name, const ParticleSource& source) {
+    std::vector<std::string> components;
+    for (const auto& record : source.records()) {
+        for (const auto* const component : {"_x", "_y", "_z"}) {
+            if (record.name == name + component) components.push_back(record.name);
+        }
+    }
+    if (components.empty() || PlotAxis::make(name, source).ok()) return {name};
+    return components;
+}
+
 struct IdArrays {
     std::size_t ids = 0, index = 0;  ///< in the file: u64, u32
     std::uint64_t points = 0;        ///< fewer than 2^32
@@ -572,7 +585,9 @@ Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::st
         MOTE_ASSIGN_OR_RETURN(kept, allColumns(source));
     }
     for (const auto& name : names) {
-        if (name != "lost" || !marked) MOTE_RETURN_IF_ERROR(addColumn(name, source, kept));
+        if (name == "lost" && marked) continue;
+        for (const auto& column : columnsCalled(name, source))
+            MOTE_RETURN_IF_ERROR(addColumn(column, source, kept));
     }
     if (marked) kept.columns.push_back({"lost", "1", std::nullopt});
     return kept;

@@ -60,8 +60,9 @@ struct KeptColumns {
 };
 
 /// The columns of names as in a request ("none": none; no name: all that the run has of x y z t px py pz,
-/// weight and id, and records that are kept). If lost particles are among others, `marked`, their marks
-/// are kept. Errors: invalidArgument (no such name, or twice), notFound (the run does not have it).
+/// weight and id, and records that are kept; of a record of vectors all components). If lost particles are
+/// among others, `marked`, their marks are kept. Errors: invalidArgument (no such name, or twice), notFound
+/// (the run does not have it).
 Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::string>& names,
                                 const ParticleSource& source, bool marked = false);
 

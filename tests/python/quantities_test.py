@@ -273,6 +273,17 @@ class Quantities(Case):
         self.assertEqual(set(again.columns), set(self.ds.columns))
         self.assertEqual((again.units["spin"], again.units["zeta"]), ("1", "m"))
 
+    def test_a_vectors_name_keeps_its_components(self):
+        folder = pathlib.Path(self.folder.name)
+        rng = np.random.default_rng(7)
+        values = {name: rng.normal(size=50) for name in ("x", "px", "y", "spin_x", "spin_z")}
+        np.savez(folder / "spins.npz", **values)
+        prepare("particles", folder / "spins.npz", "--axes", "x,px,y", "--mass", MASS, "--columns", "x,spin",
+                "--out", folder / "spins.mote")
+        made = self.session["data/spins"]
+        self.assertEqual(made.columns, ("x", "spin_x", "spin_z"))
+        np.testing.assert_allclose(np.sort(made.get("spin_z", step=0)), np.sort(values["spin_z"]), rtol=1e-5, atol=1e-6)
+
     def test_a_column_may_be_an_expression(self):
         folder = pathlib.Path(self.folder.name)
         prepare("particles", folder / "bunch.mote", "--axes", "x,y,hypot(px,py)/pz", "--columns", "x,px/pz,zeta,hypot(x,y)",
