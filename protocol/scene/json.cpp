@@ -14,6 +14,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -380,13 +381,91 @@ class JsonFault {
     std::string open_;  // braces and brackets
 };
 
+/// Finds highlights that are a selection themselves, {"density": ...}, which stands for {"selection":
+/// {"density":
+/// ...}}: all their fields are a selection's. Of a text that may be no JSON.
+class ShortHighlights {
+  public:
+    explicit ShortHighlights(std::string_view text) : text_(text) {
+        if (text.find("highlight") != std::string_view::npos) find();
+    }
+
+    /// The text with each of them in full; empty where there is none.
+    std::string inFull() const {
+        std::string full;
+        if (added_.empty()) return full;
+        std::size_t from = 0;
+        for (const auto& [at, added] : added_) {
+            full.append(text_, from, at - from).append(added);
+            from = at;
+        }
+        return full.append(text_, from);
+    }
+
+  private:
+    struct Open {
+        std::size_t begin;
+        bool isHighlight;
+        bool named = false, selects = true;  ///< it has names, and all of them are a selection's
+    };
+
+    void find() {
+        std::string_view last;  // word or text in quotes; a name if a colon follows
+        std::string_view name;  // of what comes next
+        for (std::size_t at = 0; at < text_.size(); ++at) {
+            const char c = text_[at];
+            if (c == '"' || c == '\'') {
+                const auto begin = at + 1;
+                for (++at; at < text_.size() && text_[at] != c; ++at) at += text_[at] == '\\' ? 1 : 0;
+                last = text_.substr(begin, std::min(at, text_.size()) - begin);
+            } else if (c == ':') {
+                name = last;
+                if (!open_.empty()) add(name, open_.back());
+            } else if (c == '{' || c == '[') {
+                open_.push_back({at, c == '{' && name == "highlight"});
+                name = {};
+            } else if (c == '}' || c == ']') {
+                if (!open_.empty()) close(at);
+            } else if (c == ',') {
+                name = {};
+            } else if (const auto end = text_.find_first_of(" \t\r\n,:{}[]\"'", at); end != at) {
+                last = text_.substr(at, end - at);
+                at = std::min(end, text_.size()) - 1;
+            }
+        }
+    }
+
+    static void add(std::string_view name, Open& object) {
+        const auto* const type = proto::Selection::descriptor();
+        object.named = true;
+        for (int i = 0; i < type->field_count(); ++i) {
+            if (name == type->field(i)->json_name() || name == type->field(i)->name()) return;
+        }
+        object.selects = false;
+    }
+
+    void close(std::size_t at) {
+        const Open object = open_.back();
+        open_.pop_back();
+        if (!object.isHighlight || !object.named || !object.selects) return;
+        added_.insert_or_assign(object.begin, "{\"selection\": ");
+        added_.insert_or_assign(at + 1, "}");
+    }
+
+    const std::string_view text_;
+    std::vector<Open> open_;
+    std::map<std::size_t, std::string_view> added_;  // by place, before what stands there
+};
+
 }  // namespace
 
-Status parseJson(std::string_view text, google::protobuf::Message& message, std::string_view source) {
+Status parseJson(std::string_view said, google::protobuf::Message& message, std::string_view source) {
+    const std::string full = ShortHighlights(said).inFull();
+    const std::string_view text = full.empty() ? said : std::string_view(full);
     const auto status =
         json::JsonStringToMessage({text.data(), text.size()}, &message, json::JsonParseOptions{});
     if (!status.ok()) {
-        const auto fault = JsonFault(text).find();
+        const auto fault = JsonFault(said).find();
         return Error{ErrorCode::invalidArgument, std::string(source),
                      fault ? *fault : withPath({status.message().data(), status.message().size()})};
     }

@@ -45,6 +45,30 @@ TEST(Json, AnUnknownFieldIsNamedWithItsPath) {
     expectNamed(R"({"frames": 30})", "frames");
 }
 
+TEST(Json, AHighlightMayBeTheSelectionItself) {
+    const auto read = [](const std::string& highlight) {
+        proto::Script script;
+        const auto status = parseJson(
+            R"({"views": [{"layers": [{"highlight": )" + highlight + R"(, "step": 2}]}]})", script, "s");
+        EXPECT_TRUE(status.ok()) << highlight << status.error().toString();
+        EXPECT_EQ(script.views(0).layers(0).step(), 2U);
+        return toJsonLine(script.views(0).layers(0).highlight(), false);
+    };
+    for (const std::string selection :
+         {R"({"density": {"max": 0.4}})", R"({"all": [{"not": {"ids": ["7"]}}, {}]})",
+          R"({"step": 3, "ids": []})",
+          R"({"polygon": {"columns": ["x", "}\"{"], "points": [[0, 1], [1, 0], [0, 0]]}})"}) {
+        EXPECT_EQ(read(selection), read(R"({"selection": )" + selection + "}")) << selection;
+    }
+    EXPECT_EQ(read("{'ranges': [{column: 'x'}]}"), R"({"selection":{"ranges":[{"column":"x"}]}})");
+    EXPECT_EQ(read("{}"), "{}");
+    EXPECT_EQ(read(R"({"opacity": 0.5})"), R"({"opacity":0.5})");
+    expectNamed(R"({"views": [{"layers": [{"highlight": {"density": {}, "color": [1, 0, 0]}}]}]})",
+                "views[0].layers[0].highlight.density");
+    expectNamed(R"({"views": [{"layers": [{"highlight": {"colour": [1, 0, 0]}}]}]})",
+                "views[0].layers[0].highlight.colour");
+}
+
 TEST(Json, AWrongTypeIsNamedWithItsPath) {
     expectNamed(R"({"views": [{"width": "wide"}]})", "views[0].width");
     expectNamed(R"({"views": [{"width": -1}]})", "views[0].width");
