@@ -183,12 +183,6 @@ void drawLayers(ViewModel& model, const LayerPanel& panel) {
     const float before = opacity;
     slider(panel.actions, "layer's opacity", opacity, 0.0F, 1.0F);
     if (opacity != before) model.setOpacity(model.chosen(), share(decimal(opacity)));
-    bool metres = model.inMetres();
-    if (ImGui::Checkbox("all layers where they are, in metres", &metres)) {
-        const Status set = model.setInMetres(metres);
-        panel.actions.viewChanged = set.ok();
-        if (!set.ok()) panel.actions.refused = set.error().toString();
-    }
     text("style");
     ImGui::SameLine();
     commandButton(panel.actions, "Copy style", "Copy");

@@ -92,9 +92,12 @@ void drawCutAway(ViewModel& model, Handles& handles, const LayerPanel& panel) {
 
 void drawPlacement(ViewModel& model, Handles& handles, const LayerPanel& panel) {
     if (!model.layerBounds() || !handleSection("Place", handles.places)) return;
+    bool metres = model.inMetres();
+    if (ImGui::Checkbox("all layers where they are, in metres", &metres))
+        takeEdit(model.setInMetres(metres), panel.actions);
     auto transform = model.transform();
     const auto before = transform;
-    if (model.inMetres()) dim("In metres it is placed by numbers: there are no handles.");
+    if (metres) dim("In metres it is placed by numbers: there are no handles.");
     glm::dvec3 shift(transform[3]);
     if (typeNumbers("shift", shift)) transform[3] = glm::dvec4(shift, 1.0);
     if (auto placement = Placement::of(transform)) {
