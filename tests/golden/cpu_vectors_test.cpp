@@ -2,10 +2,18 @@
 //
 // The cpu device by all kinds of vectors that this processor has, and on any number of threads.
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <span>
 #include <stop_token>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/value_sums.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "tests/golden/comparison.h"
 #include "tests/golden/device_pictures.h"
@@ -103,6 +111,45 @@ void colorByValue(FramePlan& plan, bool nearest) {
             values->codes.push_back(static_cast<render::ValueCode>(i % 60000));
         values->complete = true;
         points.colors = render::PointColors{std::move(values), ColorMap::find("magma").value(), nearest};
+    }
+}
+
+/// As if some of a layer's leaves were all.
+render::PointsPlan withLeaves(const render::PointsPlan& points, std::span<const std::size_t> leaves) {
+    auto part = points;
+    auto selection = std::make_shared<render::PointSelection>(*points.selection);
+    std::fill(selection->drawn.begin(), selection->drawn.end(), 0);
+    for (const std::size_t leaf : leaves) selection->drawn[leaf] = points.selection->drawn[leaf];
+    part.selection = std::move(selection);
+    return part;
+}
+
+// A leaf is passed over if it lies behind all that its pixels have: that changes no value.
+TEST(CpuVectors, NearestValuesAreTheLeastOfEachLeafAlone) {
+    for (const char* name : {"haloOnly", "orthographicInside", "twoLayers"}) {
+        SCOPED_TRACE(name);
+        auto scene = makeScene(name);
+        scene.view.width = 12;
+        scene.view.height = 9;
+        auto plan = render::makeFramePlan(scene, Quality::exact());
+        colorByValue(plan, true);
+        for (auto& points : plan.points) {
+            points.look.size = 1.0;           // discs are looked at one by one
+            std::vector<std::size_t> leaves;  // some, from all of the file
+            const std::size_t count = points.selection->drawn.size(), step = count / 500 + 1;
+            for (std::size_t i = 0; i < count; i += step) {
+                if (points.drawn(i) > 0) leaves.push_back(i);
+            }
+            ASSERT_GT(leaves.size(), 30U);
+            render::ResidentLeaves resident;
+            const auto cells = resident.of(points.step).upTo(*points.step, points.selection->drawn.size());
+            const auto sums = [&](std::span<const std::size_t> some) {
+                return render::valueSums(plan, withLeaves(points, some), cells, std::stop_token()).value();
+            };
+            auto alone = sums({leaves.data(), 1});
+            for (std::size_t i = 1; i < leaves.size(); ++i) alone.add(sums({leaves.data() + i, 1}));
+            EXPECT_EQ(sums(leaves).words, alone.words);
+        }
     }
 }
 
