@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/ink_style.h"
 
+#include <fmt/format.h>
+
 #include <array>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -18,21 +21,74 @@ namespace {
 // Names in the order of their enumerations.
 constexpr std::array<std::string_view, 4> modes{"none", "all", "important", "adjusted"};
 constexpr std::array<std::string_view, 4> segmentations{"growing", "graph", "cut", "texture"};
+constexpr std::array<std::string_view, 5> fills{"", "hatch", "ink", "wash", "none"};
 constexpr std::array<std::string_view, 10> pictures{"",           "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
-/// A brush that inks nothing.
-proto::InkStyle::Solid noBrush() {
-    proto::InkStyle::Solid brush;
-    brush.set_strength(0.0);
-    fillIn(brush);
-    return brush;
+constexpr int mostRegions = 64, mostDabs = 4096;  // of a style; of a region
+
+/// A brush that inks nothing, or a wash without pigment.
+template <class Part>
+Part nothingOf() {
+    Part part;
+    part.set_strength(0.0);
+    fillIn(part);
+    return part;
 }
 
-/// One that inks nothing, and by default nowhere, is as good as none.
-void dropNoBrush(proto::InkStyle& style) {
-    if (style.has_ink() && style.ink().SerializeAsString() == noBrush().SerializeAsString())
-        style.clear_ink();
+/// One that draws nothing, and is else as by default, is as good as none.
+void dropNothing(proto::InkStyle& style) {
+    const auto is = [](const auto& part, const auto& nothing) {
+        return part.SerializeAsString() == nothing.SerializeAsString();
+    };
+    if (style.has_ink() && is(style.ink(), nothingOf<proto::InkStyle::Solid>())) style.clear_ink();
+    if (style.has_wash() && is(style.wash(), nothingOf<proto::InkStyle::Wash>())) style.clear_wash();
+}
+
+Status checkRegion(const proto::InkStyle::Region& region) {
+    const int numbers = region.dabs_size();
+    if (numbers == 0 || numbers % 3 != 0)
+        return invalid("dabs", fmt::format("three numbers a dab are needed, not {} in all", numbers));
+    if (numbers > 3 * mostDabs)
+        return invalid("dabs", fmt::format("at most {} dabs, not {}", mostDabs, numbers / 3));
+    if (!(region.radius() > 0.0)) return invalid("radius", "a radius above 0 is needed");
+    return success();
+}
+
+Status checkRegions(const proto::InkStyle& style) {
+    if (style.regions_size() > mostRegions)
+        return invalid("regions", fmt::format("at most {}, not {}", mostRegions, style.regions_size()));
+    for (int i = 0; i < style.regions_size(); ++i)
+        MOTE_RETURN_IF_ERROR(checkRegion(style.regions(i)), fmt::format("regions[{}]", i));
+    return success();
+}
+
+WashStyle washOf(const proto::InkStyle& message) {
+    auto wash = message.wash();
+    fillIn(wash);
+    return {.everywhere = message.has_wash(),
+            .color = readColor(wash.color()),
+            .strength = wash.strength(),
+            .tones = static_cast<int>(std::lround(wash.tones())),
+            .edges = wash.edges(),
+            .granulation = wash.granulation(),
+            .bleed = lengthOf(wash, wash.kBleedFieldNumber)};
+}
+
+std::vector<PaintedRegion> regionsOf(const proto::InkStyle& message) {
+    std::vector<PaintedRegion> regions;
+    for (const auto& region : message.regions()) {
+        PaintedRegion made{.dabs = {},
+                           .radius = region.radius(),
+                           .whole = region.whole(),
+                           .fill = enumOf<RegionFill>(region.fill(), fills),
+                           .direction = std::nullopt};
+        for (int i = 0; i + 2 < region.dabs_size(); i += 3)
+            made.dabs.emplace_back(region.dabs(i), region.dabs(i + 1), region.dabs(i + 2));
+        if (region.has_direction_degrees()) made.direction = region.direction_degrees();
+        regions.push_back(std::move(made));
+    }
+    return regions;
 }
 
 std::optional<Curve> inkCurveOf(const proto::InkStyle& message) {
@@ -51,7 +107,8 @@ Result<proto::InkStyle> parseInkStyle(proto::InkStyle message, const glm::dvec3&
     if (!light.has_ambient()) light.set_ambient(0.4);
     if (!light.has_diffuse()) light.set_diffuse(0.8);
     MOTE_ASSIGN_OR_RETURN(auto style, resolved(std::move(message)));
-    dropNoBrush(style);
+    MOTE_RETURN_IF_ERROR(checkRegions(style));
+    dropNothing(style);
     if (style.color().empty())
         writeVector(glm::dvec3(isLight(background) ? 0.0 : 1.0), style.mutable_color());
     return style;
@@ -64,12 +121,13 @@ bool inkIsDark(const proto::InkStyle& message, const glm::dvec3& background) {
 InkStyle inkStyleOf(const proto::InkStyle& message, bool inkIsDark) {
     const auto& lines = message.silhouettes();
     const auto& hatch = message.hatch();
-    const auto brush = message.has_ink() ? message.ink() : noBrush();
+    const auto brush = message.has_ink() ? message.ink() : nothingOf<proto::InkStyle::Solid>();
     return {.silhouettes = {.mode = enumOf<SilhouetteMode>(lines.mode(), modes),
                             .importance = lines.importance(),
                             .width = lengthOf(lines, lines.kWidthFieldNumber),
                             .crease = lines.crease_degrees(),
-                            .omit = lines.omit()},
+                            .omit = lines.omit(),
+                            .suggestive = lines.suggestive()},
             .hatch = {.strength = hatch.strength(),
                       .spacing = lengthOf(hatch, hatch.kSpacingFieldNumber),
                       .width = lengthOf(hatch, hatch.kWidthFieldNumber),
@@ -84,20 +142,25 @@ InkStyle inkStyleOf(const proto::InkStyle& message, bool inkIsDark) {
             .waver = lengthOf(message, message.kWaverFieldNumber),
             .taper = message.taper(),
             .opacity = inkCurveOf(message),
-            .coherent = message.coherent()};
+            .coherent = message.coherent(),
+            .wash = washOf(message),
+            .regions = regionsOf(message)};
 }
 
-/// A brush comes and goes by its strength.
+/// A brush and a wash come and go by their strength.
 void visitFields(proto::InkStyle& style, const proto::InkStyle& other, FieldVisitor& visitor) {
     auto& anyStyle = static_cast<google::protobuf::Message&>(style);
-    if (style.has_ink() == other.has_ink()) {
+    if (style.has_ink() == other.has_ink() && style.has_wash() == other.has_wash()) {
         visitFields(anyStyle, other, visitor);
     } else {
-        proto::InkStyle brushed = other;
-        *(style.has_ink() ? brushed : style).mutable_ink() = noBrush();
-        visitFields(anyStyle, brushed, visitor);
+        proto::InkStyle whole = other;
+        if (style.has_ink() != other.has_ink())
+            *(style.has_ink() ? whole : style).mutable_ink() = nothingOf<proto::InkStyle::Solid>();
+        if (style.has_wash() != other.has_wash())
+            *(style.has_wash() ? whole : style).mutable_wash() = nothingOf<proto::InkStyle::Wash>();
+        visitFields(anyStyle, whole, visitor);
     }
-    dropNoBrush(style);
+    dropNothing(style);
 }
 
 }  // namespace mote

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 #include <optional>
+#include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/curve.h"
@@ -20,10 +21,11 @@ enum class SilhouetteMode { none, all, important, adjusted };
 
 struct SilhouetteStyle {
     SilhouetteMode mode;
-    double importance;   ///< step above which a line is always drawn, 0 to 1 (LinePoint::step)
-    ScreenLength width;  ///< pixels of the view; here and below
-    double crease;       ///< degrees by which the surface turns at least where a crease is a line
-    bool omit;           ///< lines between tones that differ enough are left out
+    double importance;        ///< step above which a line is always drawn, 0 to 1 (LinePoint::step)
+    ScreenLength width;       ///< pixels of the view; here and below
+    double crease;            ///< degrees by which the surface turns at least where a crease is a line
+    bool omit;                ///< lines between tones that differ enough are left out
+    bool suggestive = false;  ///< of a mesh: lines too where a contour would appear if the eye moved a little
 
     bool operator==(const SilhouetteStyle&) const = default;
 };
@@ -48,6 +50,33 @@ struct SolidStyle {
     bool operator==(const SolidStyle&) const = default;
 };
 
+/// Watercolour under the lines.
+struct WashStyle {
+    bool everywhere;     ///< else only in regions that are painted so
+    glm::dvec3 color;    ///< what all layers together leave of white paper, linear RGB
+    double strength;     ///< share of the missing tone that is washed
+    int tones;           ///< layers over one another at most
+    double edges;        ///< how much more pigment dries at the edge of a layer
+    double granulation;  ///< how much pigment settles in the paper's grain
+    ScreenLength bleed;  ///< how far layers run over outlines
+
+    bool operator==(const WashStyle&) const = default;
+};
+
+/// How a region that somebody painted is drawn.
+enum class RegionFill { usual, hatch, ink, wash, none };
+
+/// What somebody painted on the surface by hand, in layer space.
+struct PaintedRegion {
+    std::vector<glm::dvec3> dabs;  ///< their middles
+    double radius;                 ///< of each dab
+    bool whole;                    ///< all regions of the picture that the dabs touch; else what is painted
+    RegionFill fill;
+    std::optional<double> direction;  ///< of its hatches, degrees from the picture's x axis, upwards
+
+    bool operator==(const PaintedRegion&) const = default;
+};
+
 /// What an ink layer shows: its drawing, or a picture that this is made from.
 enum class InkPicture { drawing, grey, depth, angle, edges, complexity, segments, target, lighten, darken };
 
@@ -68,12 +97,14 @@ struct InkStyle {
     /// it; none: as the dataset's values ask.
     std::optional<Curve> opacity;
     bool coherent;  ///< strokes are kept from the picture before where they can be
+    WashStyle wash;
+    std::vector<PaintedRegion> regions = {};  ///< later ones lie over earlier ones
 
     bool operator==(const InkStyle&) const = default;
 };
 
 /// Fills every default; `background` (linear RGB) is the paper. Errors: a number out of range, a word that is
-/// not known, a curve that descends.
+/// not known, a curve that descends, dabs that are no places or too many.
 Result<proto::InkStyle> parseInkStyle(proto::InkStyle message, const glm::dvec3& background);
 
 /// Whether the ink of a parsed message stands for what is dark: it is no lighter than its paper.

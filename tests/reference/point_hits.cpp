@@ -95,12 +95,16 @@ PointHits::PointHits(const render::Scene& scene, const Options& options)
 
 /// Which strokes there are docs/INK.md says, and tests/unit/ink holds that; here they are drawn.
 void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
-    const render::FramePlan plan{
-        .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
+    const render::FramePlan plan{.width = scene.view.width,
+                                 .height = scene.view.height,
+                                 .camera = scene.view.camera,
+                                 .background = scene.view.background};
     Layer whole = scene.view.layers[layer];
     const double opacity = std::exchange(whole.opacity, 1.0);
     inks_.push_back(render::inkOf(whole, inkStyleOf(*whole.ink(), whole.inkIsDark),
                                   render::inkDataOf(scene, layer), plan, 1.0, {}));
+    if (inks_.back().wash != nullptr)
+        inks_.back().wash->make({0, 0, plan.width, plan.height}, inks_.back().fragments);
     for (auto& fragment : inks_.back().fragments) fragment.opacity *= static_cast<float>(opacity);
     inks_.back().strokes.opacity = static_cast<float>(opacity);
     strokes_.emplace_back(scene.view, inks_.back().strokes);

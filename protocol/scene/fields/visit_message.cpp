@@ -81,10 +81,10 @@ class FieldPair {
         if (length.said()) reflection_.SetDouble(&value_, &field_, length.value());
     }
 
-    /// A colour, a direction, or others; of both there are as many numbers, or none.
+    /// A colour, a direction, or others, of which there are as many in both, or they do not mix.
     void showNumbers(FieldVisitor& visitor) {
         const Numbers from = numbersOf(value_, field_), to = numbersOf(other_, field_);
-        if (from.empty() != to.empty()) return visitor.word(false);
+        if (from.size() != to.size()) return visitor.word(false);
         if (from.empty()) return;
         visitor.between([&](double share) {
             Numbers mixed;

@@ -12,11 +12,13 @@
 #include "server/render/ink/complexity.h"
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/hatch_field.h"
+#include "server/render/ink/painting.h"
 #include "server/render/ink/pen.h"
 #include "server/render/ink/segments.h"
 #include "server/render/ink/show.h"
 #include "server/render/ink/solid.h"
 #include "server/render/ink/tone_grid.h"
+#include "server/render/ink/wash.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
 
@@ -129,25 +131,35 @@ class DrawingMaker {
         Rest rest;
         ChosenLines chosen;
         Segments regions;
-        const bool hatches = style_.hatch.strength > 0.0;
-        bothInTurns(
-            [&] {
-                rest = inkSolid();
-                chosen = choose(rest);
-            },
-            [&] {
-                if (hatches) regions = segments();
-            });
+        const bool hatches = style_.hatch.strength > 0.0 || said(RegionFill::hatch);
+        const bool washes = style_.wash.everywhere || said(RegionFill::wash);
+        const auto part = [&] {
+            if (hatches || washes || !style_.regions.empty()) regions = segments();
+        };
+        const auto chooseRest = [&] {
+            rest = inkSolid();
+            chosen = choose(rest);
+        };
+        if (style_.regions.empty()) {
+            bothInTurns(chooseRest, part);
+        } else {
+            part();
+            painting_ = Painting(scene_.modalities, scene_.camera, style_.regions, regions, stop_);
+            chooseRest();
+        }
         if (isStopped(stop_)) return drawing;
+        Wash wash;
+        if (washes) wash = washed(regions);
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines, stop_);
         Raster<float> density;
         std::vector<HatchStroke> strokes;
         if (hatches) {
-            density = missing(rest, chosen.density, hatchOptions().spacing);
+            density = missing(rest, chosen.density, hatchOptions().spacing, densityUnder(wash.layers));
             if (carry_) carry_->even(density);
             strokes = hatched(density, regions);
         }
+        drawing.pigment = std::move(wash.pigment);
         const Crumbs crumbs(chosen.lines, strokes, {wanted_.width, wanted_.height}, hatchOptions().spacing);
         // Of a film's lines those stay that were there before.
         const bool chooses =
@@ -177,12 +189,55 @@ class DrawingMaker {
         }
     };
 
+    /// Whether a painted region is drawn so.
+    bool said(RegionFill fill) const {
+        return std::any_of(style_.regions.begin(), style_.regions.end(),
+                           [fill](const auto& region) { return region.fill == fill; });
+    }
+    Wash washed(const Segments& regions) const {
+        const bool painted = !style_.wash.everywhere || !style_.regions.empty();
+        Raster<std::uint8_t> where;
+        if (painted) {
+            where = Raster<std::uint8_t>(wanted_.width, wanted_.height);
+            for (std::size_t i = 0; i < where.values.size(); ++i) {
+                const auto fill = painting_.fillAt(i);
+                const bool usual = fill == RegionFill::usual && style_.wash.everywhere;
+                where.values[i] = usual || fill == RegionFill::wash ? 1 : 0;
+            }
+        }
+        return washOf({scene_.modalities, wanted_, regions, where}, style_.wash, style_.inkIsDark, reading_,
+                      pixels_, stop_);
+    }
+    /// What layers of a wash cover, to which ink adds up; without pixels where there is none.
+    Raster<float> densityUnder(const Raster<std::uint8_t>& layers) const {
+        if (layers.values.empty()) return {};
+        std::vector<float> densities;
+        for (int count = 0; count <= style_.wash.tones; ++count) {
+            const double cover = washCover(static_cast<std::uint8_t>(count), style_.wash, style_.inkIsDark);
+            densities.push_back(static_cast<float>(densityOf(cover)));
+        }
+        Raster<float> made(layers.width, layers.height);
+        for (std::size_t i = 0; i < made.values.size(); ++i) made.values[i] = densities[layers.values[i]];
+        return made;
+    }
+    /// Of what is missing, the share that is hatched.
+    double hatchedAt(std::size_t pixel) const {
+        switch (painting_.fillAt(pixel)) {
+            case RegionFill::usual:
+                return style_.hatch.strength;
+            case RegionFill::hatch:
+                return style_.hatch.strength > 0.0 ? style_.hatch.strength : 1.0;
+            default:
+                return 0.0;
+        }
+    }
+
     Rest inkSolid() const {
-        if (!(style_.solid.strength > 0.0)) return {{}, {}, target_};
+        if (!(style_.solid.strength > 0.0) && !said(RegionFill::ink)) return {{}, {}, target_};
         Rest rest;
         const auto cover =
             coverOf(scene_.lines, wanted_.width, wanted_.height, style_.silhouettes.width * pixels_);
-        rest.solid = solidInk({scene_.modalities, wanted_, cover}, style_.solid, reading_, stop_);
+        rest.solid = solidInk({scene_.modalities, wanted_, cover, painting_}, style_.solid, reading_, stop_);
         if (isStopped(stop_)) return {{}, {}, target_};
         rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
                                  {.leastStep = contourStep(), .shortest = reading_}, stop_);
@@ -282,36 +337,43 @@ class DrawingMaker {
                     std::move(hatches),
                     std::move(density)};
     }
-    /// The density that lines leave to be hatched, where it is.
-    Raster<float> missing(const Rest& rest, const ToneGrid& drawn, double spacing) const {
+    /// The density that lines, and the wash `under` them, leave to be hatched, where it is.
+    Raster<float> missing(const Rest& rest, const ToneGrid& drawn, double spacing,
+                          const Raster<float>& under) const {
         const auto& modalities = scene_.modalities;
         auto density =
             blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing, stop_);
         auto inked = density.copy();  // once it is hatched
         eachPixel(density, [&](float& value, const glm::dvec2& place) {
             const double lines = static_cast<double>(toneAt(drawn, cells_, place));
-            const double more =
-                style_.hatch.strength * std::max(0.0, densityOf(static_cast<double>(value)) - lines);
             const auto pixel =
                 inked.index(static_cast<std::uint32_t>(place.x), static_cast<std::uint32_t>(place.y));
+            const double washed = under.values.empty() ? 0.0 : static_cast<double>(under.values[pixel]);
+            const double more =
+                hatchedAt(pixel) * std::max(0.0, densityOf(static_cast<double>(value)) - lines - washed);
             inked.values[pixel] = rest.isSimple(pixel) ? static_cast<float>(coverOf(lines + more)) : 0.0F;
             value = rest.isSimple(pixel) && std::isfinite(modalities.depth.values[pixel])
                         ? static_cast<float>(more)
                         : 0.0F;
         });
-        const auto share = neededOf(rest, drawn, blurred(meansOf(inked, cells_), cells_.blur));
+        const auto share = neededOf(rest, drawn, blurred(meansOf(inked, cells_), cells_.blur), under);
         eachPixel(density,
                   [&](float& value, const glm::dvec2& place) { value *= toneAt(share, cells_, place); });
         return density;
     }
     /// Lines are too dark in one place where they are too light in another: of what hatches would add, the
     /// share that brings the whole, blurred, to the target.
-    ToneGrid neededOf(const Rest& rest, const ToneGrid& drawn, const ToneGrid& inked) const {
+    ToneGrid neededOf(const Rest& rest, const ToneGrid& drawn, const ToneGrid& inked,
+                      const Raster<float>& under) const {
+        const double strength = style_.hatch.strength > 0.0 ? style_.hatch.strength : 1.0;
+        const auto washed = under.values.empty() ? ToneGrid() : blurred(meansOf(under, cells_), cells_.blur);
         ToneGrid share(drawn.width, drawn.height, 1.0F);
         for (std::size_t i = 0; i < share.values.size(); ++i) {
             const double lines = coverOf(static_cast<double>(drawn.values[i]));
-            const double wanted =
-                style_.hatch.strength * (static_cast<double>(rest.target.values[i]) - lines);
+            double target = static_cast<double>(rest.target.values[i]);
+            if (!washed.values.empty())
+                target = coverOf(std::max(0.0, densityOf(target) - static_cast<double>(washed.values[i])));
+            const double wanted = strength * (target - lines);
             const double added = static_cast<double>(inked.values[i]) - lines;
             if (added > wanted) share.values[i] = static_cast<float>(std::max(0.0, wanted) / added);
         }
@@ -370,6 +432,7 @@ class DrawingMaker {
     const ToneGrid target_;
     InkMemory* const memory_;  // of the drawing before; or null
     std::optional<Carry> carry_;
+    Painting painting_;
 };
 
 }  // namespace

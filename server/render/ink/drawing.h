@@ -29,6 +29,8 @@ struct Drawing {
     Strokes strokes;
     /// What the style shows instead of strokes, 0 to 1 in each colour, linear RGB; or empty.
     Raster<glm::vec3> shown;
+    /// Under the strokes: Wash::pigment.
+    Raster<float> pigment;
 };
 
 /// `pixels`: of the scene, a pixel of the view, in which the style gives lengths. `memory`: of the drawing

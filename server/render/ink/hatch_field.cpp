@@ -317,8 +317,15 @@ class FieldMaker {
                 if (!places_.at(column, row).isSeen() || !middleOf(column, row, middle)) continue;
                 const auto label = regions_.label.at(middle.x, middle.y);
                 if (label >= regions_.count) continue;
-                const double angle = directions[label];
+                const auto said =
+                    label < regions_.directions.size() ? regions_.directions[label] : std::nullopt;
+                const double angle = said.value_or(directions[label]);
                 const Complex way = doubled(column, row, {std::cos(angle), std::sin(angle)});
+                if (said && way != Complex()) {
+                    cross_.at(column, row) = way * way;
+                    around_.at(column, row) = way;
+                    continue;
+                }
                 cross_.at(column, row) += regionCounts * way * way;
                 around_.at(column, row) += regionCounts * way;
             }

@@ -11,8 +11,9 @@
 
 namespace mote::render {
 
-/// Where the surface turns away from the eye; where it ends; where it bends sharply.
-enum class LineKind { silhouette, border, crease };
+/// Where the surface turns away from the eye; where it ends; where it bends sharply; where it would turn away
+/// if the eye moved a little.
+enum class LineKind { silhouette, border, crease, suggestive };
 
 struct LinePoint {
     glm::dvec2 at{0.0};  ///< pixels from the picture's upper left corner

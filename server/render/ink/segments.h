@@ -6,7 +6,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "protocol/scene/ink_style.h"
 #include "server/render/ink/modalities.h"
@@ -18,6 +20,9 @@ struct Segments {
 
     Raster<std::uint32_t> label;  ///< below `count`; `nothing` where nothing is seen
     std::uint32_t count = 0;
+    /// In which regions are hatched that somebody says it of, radians from the picture's x axis to its
+    /// (downward) y axis; of the first labels.
+    std::vector<std::optional<double>> directions = {};
 };
 
 struct SegmentOptions {

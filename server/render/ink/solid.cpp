@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "server/render/ink/complexity.h"
+#include "server/render/ink/mask.h"
 #include "server/render/ink/tone_grid.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
@@ -23,38 +24,6 @@ constexpr double lessComplex = 0.5;  // share of what is complex that is so amon
 constexpr double edgeBlur = 1.0;     // pixels: rounds the steps of pixels where regions end sharply
 constexpr double everyOnLine = 0.5;  // pixels between places of a line that are looked at
 constexpr double mostHiddenPlaces = 65536;  // on one straight part
-
-/// Connected pixels, by their sides, of one value that are fewer than some get the other one.
-void dropSmall(Raster<std::uint8_t>& mask, std::uint8_t value, std::size_t least,
-               const std::stop_token& stop) {
-    std::vector<std::uint8_t> seen(mask.values.size());
-    std::vector<std::size_t> front;
-    const std::size_t width = mask.width;
-    const auto take = [&](std::size_t pixel) {
-        if (seen[pixel] != 0 || mask.values[pixel] != value) return;
-        seen[pixel] = 1;
-        front.push_back(pixel);
-    };
-    for (std::size_t seed = 0; seed < mask.values.size(); ++seed) {
-        if (seed % width == 0 && isStopped(stop)) return;
-        front.clear();
-        take(seed);
-        for (std::size_t next = 0; next < front.size(); ++next) {
-            const std::size_t pixel = front[next], column = pixel % width;
-            if (column > 0) take(pixel - 1);
-            if (column + 1 < width) take(pixel + 1);
-            if (pixel >= width) take(pixel - width);
-            if (pixel + width < mask.values.size()) take(pixel + width);
-        }
-        if (front.size() >= least) continue;
-        for (const auto pixel : front) mask.values[pixel] = value == 0 ? 1 : 0;
-    }
-}
-
-void dropSpecksAndHoles(Raster<std::uint8_t>& mask, std::size_t least, const std::stop_token& stop) {
-    dropSmall(mask, 1, least, stop);
-    dropSmall(mask, 0, least, stop);
-}
 
 std::size_t leastPixels(double reading) {
     return static_cast<std::size_t>(std::max(1.0, reading * reading));
@@ -94,6 +63,25 @@ Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double rea
     });
     dropSpecksAndHoles(mask, leastPixels(reading), stop);
     return mask;
+}
+
+/// Above 0 what is to be solid: what is dark where it is complex, and what is painted so.
+Raster<float> excessOf(const SolidScene& scene, const Raster<std::uint8_t>& complex, const SolidStyle& style,
+                       double reading, const std::stop_token& stop) {
+    const auto tone = blurredWithin(scene.wanted, scene.modalities.depth, scene.modalities.extent,
+                                    toneBlur * reading, stop);
+    Raster<float> excess(complex.width, complex.height);
+    const auto threshold = static_cast<float>(1.0 - style.strength);
+    eachIndex(complex.width, complex.height, [&](std::size_t i) {
+        const auto fill = scene.painting.fillAt(i);
+        if (fill != RegionFill::usual)
+            excess.values[i] = fill == RegionFill::ink ? 1.0F : -1.0F;
+        else
+            excess.values[i] = complex.values[i] == 0
+                                   ? -1.0F
+                                   : std::clamp((tone.values[i] - threshold) / softness, -1.0F, 1.0F);
+    });
+    return excess;
 }
 
 /// Where a line's parts are looked at.
@@ -172,30 +160,25 @@ class LineParting {
 
 SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double reading,
                   const std::stop_token& stop) {
-    const auto& modalities = scene.modalities;
     const std::uint32_t width = scene.wanted.width, height = scene.wanted.height;
-    const auto complex = complexOf(scene, style.complexity, reading, stop);
-    const auto tone =
-        blurredWithin(scene.wanted, modalities.depth, modalities.extent, toneBlur * reading, stop);
-    // Above 0 what is to be solid.
-    Raster<float> excess(width, height);
-    const auto threshold = static_cast<float>(1.0 - style.strength);
-    eachIndex(width, height, [&](std::size_t i) {
-        excess.values[i] =
-            complex.values[i] == 0 ? -1.0F : std::clamp((tone.values[i] - threshold) / softness, -1.0F, 1.0F);
-    });
+    const bool chosen = style.strength > 0.0;  // else only what is painted is inked
+    const auto complex =
+        chosen ? complexOf(scene, style.complexity, reading, stop) : Raster<std::uint8_t>(width, height);
+    auto excess = excessOf(scene, complex, style, reading, stop);
     if (isStopped(stop)) return {};
     excess = blurred(excess, edgeBlur);
     Raster<std::uint8_t> solid(width, height);
     eachIndex(width, height, [&](std::size_t i) { solid.values[i] = excess.values[i] > 0.0F ? 1 : 0; });
-    dropSpecksAndHoles(solid, leastPixels(reading), stop);
+    if (chosen) dropSpecksAndHoles(solid, leastPixels(reading), stop);
     SolidInk made{Raster<Ground>(width, height), {}};
     eachIndex(width, height, [&](std::size_t i) {
-        if (solid.values[i] != (excess.values[i] > 0.0F ? 1 : 0))
-            excess.values[i] = solid.values[i] != 0 ? 1.0F : -1.0F;
+        const std::uint8_t inked = excess.values[i] > 0.0F ? 1 : 0;
+        const auto fill = scene.painting.fillAt(i);
+        if (fill != RegionFill::usual) solid.values[i] = inked;  // what is painted is no speck
+        if (solid.values[i] != inked) excess.values[i] = solid.values[i] != 0 ? 1.0F : -1.0F;
         if (solid.values[i] != 0)
             made.ground.values[i] = Ground::solid;
-        else if (complex.values[i] != 0)
+        else if (complex.values[i] != 0 && fill == RegionFill::usual)
             made.ground.values[i] = Ground::paper;
     });
     made.outlines = contoursOf(excess, std::numeric_limits<float>::min(), stop);

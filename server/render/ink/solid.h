@@ -12,6 +12,7 @@
 #include "server/render/ink/contour.h"
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/modalities.h"
+#include "server/render/ink/painting.h"
 
 namespace mote::render {
 
@@ -28,6 +29,7 @@ struct SolidScene {
     const Modalities& modalities;
     const Raster<float>& wanted;  ///< share of each pixel that ink should cover
     const Raster<float>& cover;   ///< what lines would cover of each pixel
+    const Painting& painting;     ///< says of some pixels whether they are inked
 };
 
 /// `reading`: pixels, by which cover is blurred; what is smaller than its square is no region and no hole in

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// EdgeLine: an edge of a mesh, or an intersection of two of its triangles, that is a line of a drawing, or a
-// piece of one. A value; pure functions.
+// EdgeLine: an edge of a mesh, an intersection of two of its triangles, or a suggestive contour within one,
+// that is a line of a drawing, or a piece of one. A value; pure functions.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <iterator>
@@ -27,6 +28,11 @@ struct EdgeLine {
     LineKind kind = LineKind::silhouette;
     std::array<std::uint32_t, 2> vertices{}, triangles{};  ///< MeshSurface::place(); storage::MeshEdge
     Span piece{0.0, 1.0};                                  ///< of the edge, world space
+    std::array<glm::dvec3, 2> ends{};  ///< of a suggestive contour, layer space, which has no vertices
+
+    glm::dvec3 end(const MeshSurface& surface, std::size_t side) const {
+        return kind == LineKind::suggestive ? ends[side] : surface.place(vertices[side]);
+    }
 };
 
 /// Of a line, eye space.
@@ -36,7 +42,7 @@ struct Ends {
 
 /// Of the whole edge, which may reach behind the eye.
 inline Ends endsOf(const MeshSurface& surface, const EdgeLine& edge, const LineView& view) {
-    return {view.toEye(surface.place(edge.vertices[0])), view.toEye(surface.place(edge.vertices[1]))};
+    return {view.toEye(edge.end(surface, 0)), view.toEye(edge.end(surface, 1))};
 }
 
 inline Ends partOf(const Ends& ends, const Span& span) {

@@ -48,6 +48,10 @@ double LineView::facing(const glm::dvec3& a, const glm::dvec3& b, const glm::dve
     return glm::dot(glm::cross(b - a, c - a), perspective_ ? eye_ - a : direction_);
 }
 
+glm::dvec3 LineView::wayToEye(const glm::dvec3& inLayer) const {
+    return glm::normalize(perspective_ ? eye_ - inLayer : direction_);
+}
+
 Span LineView::inPicture(const glm::dvec3& from, const glm::dvec3& to, double margin) const {
     Span span{0.0, 1.0};
     keepWhere(span, -from.z - nearest_, -to.z - nearest_);

@@ -31,6 +31,8 @@ class LineView {
     glm::dvec2 onScreen(const glm::dvec3& inEye) const;
     /// Above 0 if the eye is on one side of a triangle in layer space, below 0 on the other; 0: edge-on.
     double facing(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
+    /// From a place in layer space, of length 1 there.
+    glm::dvec3 wayToEye(const glm::dvec3& inLayer) const;
     /// The part of a line in eye space that lies in the picture, or up to `margin` pixels beside it, and is
     /// not too near.
     Span inPicture(const glm::dvec3& from, const glm::dvec3& to, double margin) const;

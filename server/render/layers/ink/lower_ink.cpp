@@ -9,6 +9,7 @@
 
 #include "protocol/scene/ink_style.h"
 #include "server/render/ink/drawing.h"
+#include "server/render/ink/wash.h"
 #include "server/render/layers/ink/ink_data.h"
 #include "server/render/layers/ink/line_view.h"
 #include "server/render/layers/ink/mesh_lines.h"
@@ -24,11 +25,17 @@ namespace {
 // Pixels between places of a line at which what hides it is sought.
 constexpr double sampling = 0.35;
 
+/// Whether regions are painted to be inked: lines end there.
+bool inksRegions(const InkStyle& style) {
+    return std::any_of(style.regions.begin(), style.regions.end(),
+                       [](const auto& region) { return region.fill == RegionFill::ink; });
+}
+
 /// Whether a drawing chooses lines by the depth steps beside them.
 bool needsSteps(const InkStyle& style) {
     const auto mode = style.silhouettes.mode;
     return mode == SilhouetteMode::important || mode == SilhouetteMode::adjusted ||
-           style.solid.strength > 0.0;
+           style.solid.strength > 0.0 || inksRegions(style);
 }
 
 /// Sees one kind of data or the other, the one place that asks for a kind (docs/INK.md, "What is seen" and
@@ -46,7 +53,11 @@ struct Seeing {
         scene.modalities = std::move(seen.modalities);
         if (!lines) return scene;
         const LineView view(plan, transform);
-        const auto edges = linesOf(*surface, view, style.silhouettes.crease, stop);
+        auto edges = linesOf(*surface, view, style.silhouettes.crease, stop);
+        if (style.silhouettes.suggestive) {
+            const auto more = suggestiveLines(*surface, view, stop);
+            edges.insert(edges.end(), more.begin(), more.end());
+        }
         if (!plan.exact) {
             scene.quick = true;
             scene.lines = quickLines(*surface, view, edges, scene.modalities, stop);
@@ -85,7 +96,8 @@ InkScene seenOf(const InkData& data, const glm::dmat4& transform, const InkStyle
 bool needsLines(const InkStyle& style) {
     switch (style.show) {
         case InkPicture::drawing:
-            return style.silhouettes.mode != SilhouetteMode::none || style.solid.strength > 0.0;
+            return style.silhouettes.mode != SilhouetteMode::none || style.solid.strength > 0.0 ||
+                   inksRegions(style);
         case InkPicture::edges:
         case InkPicture::complexity:
         case InkPicture::lighten:
@@ -95,6 +107,46 @@ bool needsLines(const InkStyle& style) {
             return false;
     }
 }
+
+/// What is washed: a surface at the depths of what is seen, and over nothing behind all of it.
+class WashFragments : public FragmentMaker {
+  public:
+    /// `farthest`: depth of what lies over nothing. `opacity`: of the layer. `nearest`: depth from which on
+    /// anything is seen.
+    WashFragments(Raster<float> pigment, Raster<float> depth, const InkStyle& style, const glm::dvec3& paper,
+                  double opacity, double nearest, double farthest)
+        : pigment_(std::move(pigment)),
+          depth_(std::move(depth)),
+          style_(style.wash),
+          inkIsDark_(style.inkIsDark),
+          paper_(paper),
+          opacity_(static_cast<float>(opacity)),
+          nearest_(nearest),
+          farthest_(farthest) {}
+
+    void make(const PixelRect& pixels, Fragments& fragments) const override {
+        for (std::uint32_t row = pixels.top; row < pixels.bottom; ++row) {
+            for (std::uint32_t column = pixels.left; column < pixels.right; ++column) {
+                const auto washed = onPaper(pigment_.at(column, row), style_, inkIsDark_, paper_);
+                if (!washed || !(opacity_ * washed->opacity > 0.0F)) continue;
+                const auto depth = static_cast<double>(depth_.at(column, row));
+                fragments.push_back({.column = column,
+                                     .row = row,
+                                     .depth = std::isfinite(depth) ? std::max(depth, nearest_) : farthest_,
+                                     .opacity = opacity_ * washed->opacity,
+                                     .color = washed->color});
+            }
+        }
+    }
+
+  private:
+    const Raster<float> pigment_, depth_;
+    const WashStyle style_;
+    const bool inkIsDark_;
+    const glm::dvec3 paper_;
+    const float opacity_;
+    const double nearest_, farthest_;
+};
 
 /// A picture as a surface at the depths of what it shows; what shows nothing lies behind that.
 Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modalities, double farthest,
@@ -120,7 +172,7 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
 
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory) {
-    const auto scene = seenOf(data, layer.transform, style, plan, needsLines(style), stop);
+    auto scene = seenOf(data, layer.transform, style, plan, needsLines(style), stop);
     if (isStopped(stop)) return {};
     auto drawing = drawInk(scene, style, pixels, stop, memory);
     // It is drawn as if there were all of it, so that lines stay where they are while it fades.
@@ -128,10 +180,15 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data,
     const Bounds inEye = boundsOf(data).transformed(plan.camera.worldToEye() * layer.transform);
     InkDrawing made{.strokes = std::move(drawing.strokes),
                     .fragments = {},
+                    .wash = {},
                     .nearDepth = -inEye.max.z,
                     .farDepth = std::max(-inEye.min.z, nearLimit(plan.camera))};
     if (!drawing.shown.values.empty())
         made.fragments = fragmentsOf(drawing.shown, scene.modalities, made.farDepth, opacity);
+    if (!drawing.pigment.values.empty())
+        made.wash = std::make_shared<const WashFragments>(
+            std::move(drawing.pigment), std::move(scene.modalities.depth), style, plan.background,
+            layer.opacity, nearLimit(plan.camera), made.farDepth);
     return made;
 }
 
@@ -141,6 +198,10 @@ void lowerInk(const Layer& layer, const InkStyle& style, const InkData& data, In
     if (!ink.fragments.empty()) {
         out.plan.fragments.push_back(std::make_shared<const Fragments>(std::move(ink.fragments)));
         out.addDots(ink.nearDepth, ink.farDepth);
+    }
+    if (ink.wash != nullptr) {
+        out.addDots(ink.nearDepth, ink.farDepth);
+        out.plan.surfaces.push_back(std::move(ink.wash));
     }
     if (!ink.strokes.empty())
         out.plan.strokes.push_back(std::make_shared<const Strokes>(std::move(ink.strokes)));

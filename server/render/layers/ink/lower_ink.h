@@ -4,22 +4,26 @@
 // (docs/INK.md).
 #pragma once
 
+#include <memory>
+
 #include "server/render/ink/ink_memory.h"
 #include "server/render/layers/ink/ink_data.h"
 #include "server/render/layers/lowering.h"
 
 namespace mote::render {
 
-/// What becomes of a layer: strokes, or the fragments of a picture, in pixels of the plan.
+/// What becomes of a layer: strokes, and what is washed beneath them; or the fragments of a picture. In
+/// pixels of the plan.
 struct InkDrawing {
     Strokes strokes;
     Fragments fragments;
-    double nearDepth = 0.0, farDepth = 0.0;  ///< between which the data lie, and all fragments
+    std::shared_ptr<const FragmentMaker> wash = {};  ///< or null
+    double nearDepth = 0.0, farDepth = 0.0;          ///< between which the data lie, and all fragments
 };
 
-/// `plan`: its size and its camera are told, and whether it is exact. `pixels`: of the plan, a pixel of the
-/// view. `memory`: as drawInk's. Uses all threads of the calling arena; the same strokes on any number of
-/// them. If `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
+/// `plan`: its size, its camera and its background are told, and whether it is exact. `pixels`: of the plan,
+/// a pixel of the view. `memory`: as drawInk's. Uses all threads of the calling arena; the same strokes on
+/// any number of them. If `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory = nullptr);
 

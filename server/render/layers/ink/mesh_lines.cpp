@@ -194,8 +194,7 @@ class StepFinder {
 
 using Place = std::tuple<double, double, double>;
 
-Place placeOf(const MeshSurface& surface, std::uint32_t vertex) {
-    const glm::dvec3 at = surface.place(vertex);
+Place placeOf(const glm::dvec3& at) {
     return {at.x, at.y, at.z};
 }
 
@@ -282,8 +281,8 @@ std::uint32_t numberPlaces(const MeshSurface& surface, const std::vector<EdgeLin
     std::vector<std::tuple<Place, std::uint32_t, std::uint32_t>> ends;
     for (std::uint32_t i = 0; i < pieces.size(); ++i) {
         const Span& span = pieces[i].piece;
-        if (span.begin == 0.0) ends.emplace_back(placeOf(surface, pieces[i].vertices[0]), i, 0);
-        if (span.end == 1.0) ends.emplace_back(placeOf(surface, pieces[i].vertices[1]), i, 1);
+        if (span.begin == 0.0) ends.emplace_back(placeOf(pieces[i].end(surface, 0)), i, 0);
+        if (span.end == 1.0) ends.emplace_back(placeOf(pieces[i].end(surface, 1)), i, 1);
     }
     tbb::parallel_sort(ends.begin(), ends.end());
     std::uint32_t number = 0;

@@ -52,4 +52,13 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
 std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, double crease,
                               const std::stop_token& stop);
 
+/// Suggestive contours (DeCarlo, Finkelstein, Rusinkiewicz and Santella 2003, Suggestive Contours for
+/// Conveying Shape), a piece in each triangle, seen or not: where the radial curvature, the surface's normal
+/// curvature towards the eye, is zero and grows towards the eye by enough. In the order of the triangles.
+std::vector<EdgeLine> suggestiveLines(const MeshSurface& surface, const LineView& view,
+                                      const std::stop_token& stop);
+
+/// Bytes that this takes meanwhile, at most, by a triangle.
+inline constexpr double suggestiveBytes = 72.0;
+
 }  // namespace mote::render

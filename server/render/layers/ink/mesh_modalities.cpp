@@ -128,7 +128,8 @@ constexpr std::uint32_t exactOcclusion = 4, quickOcclusion = 1;
 bool needsTone(const InkStyle& style) {
     const auto& lines = style.silhouettes;
     return style.show != InkPicture::drawing || lines.mode == SilhouetteMode::adjusted || lines.omit ||
-           style.hatch.strength > 0.0 || style.solid.strength > 0.0;
+           style.hatch.strength > 0.0 || style.solid.strength > 0.0 || style.wash.everywhere ||
+           !style.regions.empty();
 }
 
 MeshStyle white(const InkStyle& style) {

@@ -386,7 +386,7 @@ LineCrossings crossingsOf(const MeshSurface& surface, const LineView& view,
     std::vector<ScreenLine> lines;
     lines.reserve(edges.size());
     for (const auto& edge : edges) {
-        if (edge.kind != LineKind::crease)
+        if (edge.kind != LineKind::crease && edge.kind != LineKind::suggestive)
             lines.push_back(onScreen(partOf(endsOf(surface, edge, view), edge.piece), view));
     }
     const auto width = static_cast<std::uint32_t>(view.size().x),
