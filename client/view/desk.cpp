@@ -9,6 +9,8 @@
 #include <charconv>
 #include <cstdlib>
 #include <fstream>
+#include <set>
+#include <sstream>
 #include <string_view>
 
 #include "client/shared/part_file.h"
@@ -34,68 +36,182 @@ std::string workOf(proto::View view) {
     return view.SerializeAsString();
 }
 
+/// What panes do together, each by its word.
+std::vector<std::pair<std::string_view, bool Links::*>> linkWords() {
+    return {{"steps", &Links::steps}, {"selections", &Links::selections}, {"cameras", &Links::cameras}};
+}
+
+std::string wordsOf(const Links& links) {
+    std::string words;
+    for (const auto& [word, link] : linkWords()) {
+        if (links.*link) words += (words.empty() ? "" : " ") + std::string(word);
+    }
+    return words;
+}
+
+/// Nothing of other words.
+std::optional<Links> linksOf(const std::string& words) {
+    Links links{false, false, false};
+    std::istringstream in(words);
+    for (std::string read; in >> read;) {
+        const auto known = linkWords();
+        const auto found = std::ranges::find(known, read, &decltype(known)::value_type::first);
+        if (found == known.end()) return std::nullopt;
+        links.*(found->second) = true;
+    }
+    return links;
+}
+
 }  // namespace
 
-proto::View DeskState::view() const {
+proto::View PaneState::view() const {
     proto::View view;
     view.ParseFromString(look);
     if (!camera.empty()) view.mutable_camera()->ParseFromString(camera);
     return view;
 }
 
-void Desk::look(const ViewModel& model, const FilmModel& film, std::uint64_t gesture) {
-    if (subject_.empty() && !model.isLoaded()) return;  // nothing is shown yet
-    auto view = model.edited();
-    auto& kept = kept_[subject_];
-    if (kept.mark.empty()) kept.mark = workOf(view);
-    if (!film_ || film_->revision() != film.revision()) film_ = std::make_shared<const FilmModel>(film);
-    DeskState state{subject_, {}, view.camera().SerializeAsString(), model.isLoaded(), false, film_};
-    if (!states_.empty() && states_.present().subject != subject_) cameras_ = {};
-    if (std::exchange(jumps_, model.jumps()) != model.jumps()) jumpGesture_ = gesture;
-    auto whole = view;
+std::size_t DeskState::size() const {
+    std::size_t bytes = sizeof(DeskState);
+    for (const auto& pane : panes) bytes += sizeof(PaneState) + pane.look.size();
+    return bytes;
+}
+
+std::size_t PaneCameras::size() const {
+    std::size_t bytes = sizeof(PaneCameras);
+    for (const auto& [id, camera] : all) bytes += 64 + camera.size();
+    return bytes;
+}
+
+bool PaneCameras::operator==(const PaneCameras& other) const {
+    return std::ranges::all_of(all, [&](const auto& each) {
+        const auto found = other.all.find(each.first);
+        return found == other.all.end() || found->second == each.second;
+    });
+}
+
+PaneState Desk::seePane(const DeskPane& pane, std::uint64_t gesture) {
+    auto& seen = panes_[pane.id];
+    auto view = pane.model.edited();
+    if (seen.mark.empty() || std::exchange(seen.subject, pane.subject) != pane.subject) {
+        const auto known = kept_.find(pane.subject);
+        seen.mark = known != kept_.end() ? known->second.mark : workOf(view);
+    }
+    seen.subject = pane.subject;
+    if (std::exchange(seen.jumps, pane.model.jumps()) != pane.model.jumps()) seen.jumpGesture = gesture;
+    seen.view = view;
+    PaneState state{pane.id, pane.subject, {}, view.camera().SerializeAsString(), pane.model.isLoaded()};
     view.clear_camera();
     state.look = view.SerializeAsString();
+    return state;
+}
+
+void Desk::look(std::span<const DeskPane> panes, std::size_t active, const Links& links,
+                const FilmModel& film, std::uint64_t gesture) {
+    if (panes[active].subject.empty() && !panes[active].model.isLoaded()) return;  // nothing is shown yet
+    if (!film_ || film_->revision() != film.revision()) film_ = std::make_shared<const FilmModel>(film);
+    for (const auto& pane : panes) {
+        const auto known = panes_.find(pane.id);
+        if (known != panes_.end() && known->second.subject != pane.subject) cameras_ = {};
+    }
+    std::erase_if(panes_, [&](const auto& seen) {
+        return std::ranges::none_of(panes, [&](const auto& pane) { return pane.id == seen.first; });
+    });
+    DeskState state{{}, links, film_};
+    PaneCameras cameras = cameras_.empty() ? PaneCameras() : cameras_.present();
+    for (const auto& pane : panes) {
+        state.panes.push_back(seePane(pane, gesture));
+        cameras.all[pane.id] = state.panes.back().camera;
+    }
     const bool isPresent = !states_.empty() && states_.present() == state;
-    state.jumped = isPresent ? states_.present().jumped : jumpGesture_ == gesture;
-    cameras_.record(state.camera, gesture);
-    states_.record(std::move(state), gesture);
-    auto bytes = subject_ + whole.SerializeAsString() + std::to_string(film_->revision());
-    if (std::exchange(seen_, bytes) == bytes) return;
-    kept.view = std::move(whole);
-    kept.unsaved = workOf(kept.view) != kept.mark;
+    for (std::size_t i = 0; i < state.panes.size(); ++i) {
+        auto& pane = state.panes[i];
+        pane.jumped = isPresent ? states_.present().panes[i].jumped : panes_[pane.id].jumpGesture == gesture;
+    }
+    cameras_.record(std::move(cameras), gesture);
+    states_.record(state, gesture);
+    active_ = active;
+    if (isSeen(state)) return;
+    keepViews(state);
     // Before the first gesture there is nothing to be kept.
     stale_ |=
         states_.canGoBack() || states_.canGoForward() || cameras_.canGoBack() || cameras_.canGoForward();
+}
+
+/// All of it is as it was when it was last looked at.
+bool Desk::isSeen(const DeskState& state) {
+    auto bytes = fmt::format("{} {}{}{} {}", active_, state.links.steps, state.links.selections,
+                             state.links.cameras, film_->revision());
+    for (const auto& pane : state.panes)
+        bytes += fmt::format(" {} ", pane.id) + pane.subject + pane.look + pane.camera;
+    return std::exchange(seen_, bytes) == bytes;
+}
+
+void Desk::keepViews(const DeskState& state) {
+    order_.clear();
+    for (const auto& pane : state.panes) {
+        order_.push_back(pane.id);
+        auto& seen = panes_[pane.id];
+        const auto work = workOf(seen.view);
+        if (adopted_) seen.mark = work;
+        seen.unsaved = work != seen.mark;
+    }
+    adopted_ = false;
+    links_ = state.links;
+    const auto& active = panes_[order_[active_]];
+    kept_[active.subject] = active;
+}
+
+/// Cameras stay where they are, but for what came with one of its own.
+DeskState Desk::withCameras(const DeskState& from, bool back) const {
+    auto state = states_.present();
+    const auto& cameras = cameras_.present().all;
+    for (auto& pane : state.panes) {
+        const auto before = std::ranges::find(from.panes, pane.id, &PaneState::id);
+        if (before != from.panes.end()) {
+            if (!(back ? before->jumped : pane.jumped)) pane.camera = before->camera;
+        } else if (const auto known = cameras.find(pane.id); known != cameras.end()) {
+            pane.camera = known->second;
+        }
+    }
+    return state;
 }
 
 std::optional<DeskState> Desk::undo() {
     if (!states_.canGoBack()) return std::nullopt;
     const auto from = states_.present();
     states_.back();
-    auto state = states_.present();
-    if (!from.jumped) state.camera = from.camera;
-    return state;
+    return withCameras(from, true);
 }
 
 std::optional<DeskState> Desk::redo() {
     if (!states_.canGoForward()) return std::nullopt;
     const auto from = states_.present();
     states_.forward();
-    auto state = states_.present();
-    if (!state.jumped) state.camera = from.camera;
-    return state;
+    return withCameras(from, false);
 }
 
-std::optional<std::string> Desk::cameraBack() {
-    if (!cameras_.canGoBack()) return std::nullopt;
-    cameras_.back();
-    return cameras_.present();
+/// What differs in panes that are gone is not to be seen.
+bool Desk::showsAnother(const PaneCameras& before) const {
+    const auto& now = cameras_.present().all;
+    return std::ranges::any_of(order_, [&](std::uint64_t id) {
+        const auto one = before.all.find(id), other = now.find(id);
+        return one != before.all.end() && other != now.end() && one->second != other->second;
+    });
 }
 
-std::optional<std::string> Desk::cameraForward() {
-    if (!cameras_.canGoForward()) return std::nullopt;
-    cameras_.forward();
-    return cameras_.present();
+/// Where nothing else is to be seen, it stays where it is.
+std::optional<PaneCameras> Desk::goToCameras(bool back) {
+    if (cameras_.empty()) return std::nullopt;
+    const auto step = [this](bool backwards) { backwards ? cameras_.back() : cameras_.forward(); };
+    const auto before = cameras_.present();
+    int steps = 0;
+    for (; back ? cameras_.canGoBack() : cameras_.canGoForward(); ++steps) {
+        step(back);
+        if (showsAnother(before)) return cameras_.present();
+    }
+    for (; steps > 0; --steps) step(!back);
+    return std::nullopt;
 }
 
 const proto::View* Desk::kept(const std::string& dataset) const {
@@ -104,9 +220,15 @@ const proto::View* Desk::kept(const std::string& dataset) const {
 }
 
 void Desk::saved() {
-    auto& kept = kept_[subject_];
-    kept.mark = workOf(kept.view);
-    kept.unsaved = false;
+    if (order_.empty()) return;
+    const auto& active = panes_[order_[active_]];
+    const auto work = workOf(active.view), subject = active.subject;
+    for (auto& [id, pane] : panes_) {
+        if (pane.subject != subject || workOf(pane.view) != work) continue;
+        pane.mark = work;
+        pane.unsaved = false;
+    }
+    kept_[subject] = active;
 }
 
 void Desk::filmSaved() {
@@ -114,10 +236,14 @@ void Desk::filmSaved() {
 }
 
 std::vector<std::string> Desk::unsaved() const {
-    std::vector<std::string> names;
+    std::set<std::string> datasets;
     for (const auto& [name, kept] : kept_) {
-        if (kept.unsaved) names.push_back(name);
+        if (kept.unsaved) datasets.insert(name);
     }
+    for (const auto& [id, pane] : panes_) {
+        if (pane.unsaved) datasets.insert(pane.subject);
+    }
+    std::vector<std::string> names(datasets.begin(), datasets.end());
     if (film_ && !film_->empty() && film_->revision() != filmMark_) names.emplace_back("film");
     return names;
 }
@@ -128,8 +254,14 @@ void Desk::keepIn(const std::filesystem::path& folder, const std::string& key) {
 
 Status Desk::writeFile() {
     stale_ = false;
-    std::string text = fmt::format("{}\nsubject {}\n", sessionTitle, subject_);
+    const auto subject = order_.empty() ? std::string() : panes_.at(order_[active_]).subject;
+    std::string text = fmt::format("{}\nsubject {}\n", sessionTitle, subject);
     for (const auto& [name, kept] : kept_) text += fmt::format("view {}\n{}\n", name, toJsonLine(kept.view));
+    if (order_.size() > 1) text += fmt::format("panes {}\n{}\n", active_, wordsOf(links_));
+    for (std::size_t i = 0; i < order_.size() && order_.size() > 1; ++i) {
+        const auto& pane = panes_.at(order_[i]);
+        text += fmt::format("pane {}\n{}\n", pane.subject, toJsonLine(pane.view));
+    }
     if (film_ && !film_->empty()) text += fmt::format("film\n{}\n", toJsonLine(film_->saved()));
     std::error_code code;
     std::filesystem::create_directories(file_.parent_path(), code);
@@ -139,9 +271,9 @@ Status Desk::writeFile() {
 }
 
 void Desk::adopt(const Session& session) {
-    for (const auto& [name, view] : session.views) kept_[name] = {view, workOf(view), false};
-    subject_ = session.subject;
-    stale_ = true;
+    for (const auto& [name, view] : session.views) kept_[name] = {name, view, workOf(view)};
+    adopted_ = stale_ = true;
+    seen_.clear();
 }
 
 std::filesystem::path sessionFolder() {
@@ -196,12 +328,25 @@ Result<Session> readSession(const std::filesystem::path& file) {
             session.subject = line.substr(8);
         } else if (line.starts_with("view ") && std::getline(in, json)) {
             MOTE_RETURN_IF_ERROR(parseJson(json, session.views[line.substr(5)], file.string()));
+        } else if (line.starts_with("panes ") && std::getline(in, json)) {
+            const auto end = line.data() + line.size();
+            const auto read = std::from_chars(line.data() + 6, end, session.active);
+            const auto links = linksOf(json);
+            if (read.ec != std::errc() || read.ptr != end || !links)
+                return invalid(file.string(), "its panes are not said as mote-view says them");
+            session.links = *links;
+        } else if (line.starts_with("pane ") && std::getline(in, json)) {
+            auto& pane = session.panes.emplace_back(Session::Pane{line.substr(5), {}});
+            MOTE_RETURN_IF_ERROR(parseJson(json, pane.view, file.string()));
         } else if (line == "film" && std::getline(in, json)) {
             MOTE_RETURN_IF_ERROR(parseJson(json, session.film.emplace(), file.string()));
         } else {
             return invalid(file.string(), "a line of this session says nothing that is known");
         }
     }
+    const auto count = session.panes.size();
+    if (count > mostPanes || session.active >= std::max<std::size_t>(count, 1))
+        return invalid(file.string(), "it has other panes than a window of mote-view");
     return session;
 }
 

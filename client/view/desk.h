@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Desk: all that the user works on as one value (the view, its camera, the film), what it was before, what it
-// was for each dataset, and a file of it that outlives the viewer. It looks at the value whenever a frame
-// ends, so nothing that edits it need know of it. Main thread; no window.
+// Desk: all that the user works on as one value (the panes with their views and cameras, the film), what it
+// was before, what it was for each dataset, and a file of it that outlives the viewer. It looks at the value
+// whenever a frame ends, so nothing that edits it need know of it. Main thread; no window.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,13 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "client/view/film/film_model.h"
+#include "client/view/panes/links.h"
 #include "client/view/view_model.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -69,25 +71,62 @@ class History {
     std::size_t bytes_ = 0;
 };
 
-struct DeskState {
+/// A window has at most so many panes.
+inline constexpr std::size_t mostPanes = 4;
+
+/// A pane of the window, as it is looked at.
+struct DeskPane {
+    std::uint64_t id;  ///< that no other pane has or had
+    std::string subject;
+    const ViewModel& model;
+};
+
+/// And as it was.
+struct PaneState {
+    std::uint64_t id = 0;
     std::string subject;    ///< the dataset for which it was begun
     std::string look;       ///< the view without its camera, as bytes
     std::string camera;     ///< of the view, as bytes; empty: fitted. It has a history of its own
     bool fromFile = false;  ///< the view is one that was opened
     bool jumped = false;    ///< it came in place of the state before, camera and all
-    std::shared_ptr<const FilmModel> film;
 
     proto::View view() const;
-    std::size_t size() const { return sizeof(DeskState) + look.size(); }
-    bool operator==(const DeskState& other) const {
-        return subject == other.subject && look == other.look && film->revision() == other.film->revision();
+    bool operator==(const PaneState& other) const {
+        return id == other.id && subject == other.subject && look == other.look;
     }
+};
+
+struct DeskState {
+    std::vector<PaneState> panes;
+    Links links;
+    std::shared_ptr<const FilmModel> film;
+
+    std::size_t size() const;
+    bool operator==(const DeskState& other) const {
+        return panes == other.panes && links == other.links && film->revision() == other.film->revision();
+    }
+};
+
+/// The cameras of all panes that there were, as bytes, by their ids; empty: fitted.
+struct PaneCameras {
+    std::map<std::uint64_t, std::string> all;
+
+    std::size_t size() const;
+    /// A pane that one of them does not know counts for nothing.
+    bool operator==(const PaneCameras& other) const;
 };
 
 /// What a viewer that ended left behind.
 struct Session {
-    std::string subject;
+    struct Pane {
+        std::string subject;
+        proto::View view;
+    };
+    std::string subject;                       ///< of the active pane
     std::map<std::string, proto::View> views;  ///< by the dataset for which each was begun
+    std::vector<Pane> panes;                   ///< if there was more than one
+    std::size_t active = 0;                    ///< which of them
+    Links links;
     std::optional<proto::Script> film;
     std::filesystem::file_time_type time;
     std::filesystem::path file;
@@ -95,26 +134,24 @@ struct Session {
 
 class Desk {
   public:
-    /// What is for this dataset from now on.
-    void setSubject(const std::string& dataset) { subject_ = dataset; }
-    const std::string& subject() const { return subject_; }
-
-    /// Looks at how things stand, at the end of a frame that belongs to a gesture.
-    void look(const ViewModel& model, const FilmModel& film, std::uint64_t gesture);
+    /// Looks at how things stand, at the end of a frame that belongs to a gesture. There is a pane at least;
+    /// `active` is one of them.
+    void look(std::span<const DeskPane> panes, std::size_t active, const Links& links, const FilmModel& film,
+              std::uint64_t gesture);
 
     // Each returns what is to be shown, or nothing where there is no more. What a state came to by a jump is
     // left with its camera; else the camera stays.
 
     std::optional<DeskState> undo();
     std::optional<DeskState> redo();
-    /// The camera that was before, or after; as bytes, empty: fitted.
-    std::optional<std::string> cameraBack();
-    std::optional<std::string> cameraForward();
+    /// The cameras that were before, or after, in one pane at least of those that there are.
+    std::optional<PaneCameras> cameraBack() { return goToCameras(true); }
+    std::optional<PaneCameras> cameraForward() { return goToCameras(false); }
 
-    /// What was last seen of a dataset's view.
+    /// What was last seen of a dataset's view in the pane that was active.
     const proto::View* kept(const std::string& dataset) const;
 
-    /// What is shown now is in a file of the user's.
+    /// What the active pane shows now is in a file of the user's.
     void saved();
     void filmSaved();
     /// Datasets whose views, and "film", if it, have changed since they were opened or saved. Steps and
@@ -133,20 +170,34 @@ class Desk {
 
   private:
     struct Kept {
+        std::string subject;
         proto::View view;
         std::string mark;  // of its work, when it was opened or saved
         bool unsaved = false;
     };
+    struct SeenPane : Kept {
+        std::uint64_t jumps = 0;
+        std::optional<std::uint64_t> jumpGesture;  // of the last
+    };
+
+    PaneState seePane(const DeskPane& pane, std::uint64_t gesture);
+    bool isSeen(const DeskState& state);
+    void keepViews(const DeskState& state);
+    DeskState withCameras(const DeskState& from, bool back) const;
+    std::optional<PaneCameras> goToCameras(bool back);
+    bool showsAnother(const PaneCameras& before) const;
 
     History<DeskState> states_;
-    History<std::string> cameras_;
-    std::string subject_;
-    std::map<std::string, Kept> kept_;
+    History<PaneCameras> cameras_;
+    std::map<std::string, Kept> kept_;         // by subject
+    std::map<std::uint64_t, SeenPane> panes_;  // those that there are
+    std::vector<std::uint64_t> order_;         // of them
+    std::size_t active_ = 0;
+    Links links_;
+    bool adopted_ = false;  // what is seen next is as a session had it
     std::shared_ptr<const FilmModel> film_;
     std::uint64_t filmMark_ = 0;  // revision
-    std::uint64_t jumps_ = 0;
-    std::optional<std::uint64_t> jumpGesture_;  // of the last
-    std::string seen_;                          // all of it, when it was last looked at, as bytes
+    std::string seen_;            // all of it, when it was last looked at, as bytes
     std::filesystem::path file_;
     bool stale_ = false;
 };

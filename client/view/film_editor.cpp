@@ -61,7 +61,7 @@ FilmState FilmEditor::stateOf(const FilmSurroundings& around) const {
     state.message = message_;
     state.failure = failure_;
     state.connected = around.server.connected;
-    state.shown = !around.picture.bytes.empty() && around.server.shown.has_value();
+    state.shown = !around.picture.bytes.empty() && around.server.shown != nullptr;
     if (download_) {
         state.saving = true;
         state.saved = download_->progress().value_or(0.0);

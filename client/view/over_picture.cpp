@@ -40,48 +40,54 @@ void Notes::clear(const std::string& sentence) {
     std::erase_if(news_, [&](const Note& each) { return each.sentence == sentence; });
 }
 
-void Notes::draw(const PictureArea& area, const std::vector<Note>& wrong) {
+void Notes::draw(const PictureArea& area) {
+    if (news_.empty()) return;
     const float width = std::min(430.0F * area.scale, area.width - 20.0F);
     std::function<void()> chosen;
-    if (!wrong.empty()) {
-        ImGui::SetNextWindowPos({area.width / 2.0F, 40.0F * area.scale}, ImGuiCond_Always, {0.5F, 0.0F});
-        ImGui::SetNextWindowBgAlpha(0.92F);
-        pushWarningColor();
-        ImGui::Begin("wrong", nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
-        for (std::size_t i = 0; i < wrong.size(); ++i) {
-            ImGui::PushID(static_cast<int>(i));
-            if (auto way = drawNote(wrong[i], width)) chosen = way;
-            ImGui::PopID();
+    ImGui::SetNextWindowPos(
+        {area.left + area.width - 10.0F * area.scale, area.top + area.height - 10.0F * area.scale},
+        ImGuiCond_Always, {1.0F, 1.0F});
+    ImGui::SetNextWindowBgAlpha(0.88F);
+    ImGui::Begin("news", nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
+    std::size_t gone = news_.size();
+    for (std::size_t i = 0; i < news_.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        if (auto way = drawNote(news_[i], width)) {
+            chosen = way;
+            gone = i;
         }
-        ImGui::End();
-        ImGui::PopStyleColor();
+        if (!news_[i].ways.empty()) ImGui::SameLine();
+        if (ImGui::Button("Put away")) gone = i;
+        ImGui::PopID();
     }
-    if (!news_.empty()) {
-        ImGui::SetNextWindowPos({area.width - 10.0F * area.scale, area.height - 10.0F * area.scale},
-                                ImGuiCond_Always, {1.0F, 1.0F});
-        ImGui::SetNextWindowBgAlpha(0.88F);
-        ImGui::Begin("news", nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
-        std::size_t gone = news_.size();
-        for (std::size_t i = 0; i < news_.size(); ++i) {
-            ImGui::PushID(static_cast<int>(i));
-            if (auto way = drawNote(news_[i], width)) {
-                chosen = way;
-                gone = i;
-            }
-            if (!news_[i].ways.empty()) ImGui::SameLine();
-            if (ImGui::Button("Put away")) gone = i;
-            ImGui::PopID();
-        }
-        ImGui::End();
-        if (gone < news_.size()) news_.erase(news_.begin() + static_cast<std::ptrdiff_t>(gone));
+    ImGui::End();
+    if (gone < news_.size()) news_.erase(news_.begin() + static_cast<std::ptrdiff_t>(gone));
+    if (chosen) chosen();
+}
+
+void drawWrong(const char* name, const PictureArea& area, const std::vector<Note>& wrong) {
+    if (wrong.empty()) return;
+    const float width = std::min(430.0F * area.scale, area.width - 20.0F);
+    std::function<void()> chosen;
+    ImGui::SetNextWindowPos({area.left + area.width / 2.0F, area.top + 40.0F * area.scale}, ImGuiCond_Always,
+                            {0.5F, 0.0F});
+    ImGui::SetNextWindowBgAlpha(0.92F);
+    pushWarningColor();
+    ImGui::Begin(name, nullptr, noteFlags | ImGuiWindowFlags_AlwaysAutoResize);
+    for (std::size_t i = 0; i < wrong.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        if (auto way = drawNote(wrong[i], width)) chosen = way;
+        ImGui::PopID();
     }
+    ImGui::End();
+    ImGui::PopStyleColor();
     if (chosen) chosen();
 }
 
 std::optional<AxisEnd> drawTriad(const Camera& camera, const std::array<std::string, 3>& names,
                                  const PictureArea& area) {
     const float arm = 30.0F * area.scale;
-    const ImVec2 middle{46.0F * area.scale, area.height - 46.0F * area.scale};
+    const ImVec2 middle{area.left + 46.0F * area.scale, area.top + area.height - 46.0F * area.scale};
     const auto toEye = camera.worldToEye();
     std::vector<std::pair<glm::dvec3, AxisEnd>> ends;
     for (int i = 0; i < 6; ++i) {

@@ -5,7 +5,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,9 +23,19 @@ struct Note {
     std::vector<std::pair<std::string, std::function<void()>>> ways = {};
 };
 
-/// The picture on the screen from its upper left corner on, screen coordinates, and pixels to one of them.
+/// Where a picture lies on the screen.
 struct PictureArea {
-    float width, height, scale;
+    float width, height;                  ///< screen coordinates
+    float scale;                          ///< pixels to one of them
+    float left = 0.0F, top = 0.0F;        ///< of its upper left corner
+    std::uint32_t columns = 0, rows = 0;  ///< pixels of its view
+
+    double aspect() const { return static_cast<double>(columns) / rows; }
+    /// A place on the screen as parts of its width and height.
+    glm::dvec2 partAt(double x, double y) const { return {(x - left) / width, (y - top) / height}; }
+    bool holds(double x, double y) const {
+        return x >= left && x < left + width && y >= top && y < top + height;
+    }
 };
 
 class Notes {
@@ -31,14 +43,16 @@ class Notes {
     /// News are said once as long as they stand there; the oldest go where there are too many.
     void add(Note note);
     void clear(const std::string& sentence);
-    /// Draws news at the lower right, what is wrong in the middle above; what the user chose is done after
-    /// that.
-    void draw(const PictureArea& area, const std::vector<Note>& wrong);
+    /// Draws news at the lower right; what the user chose is done after that.
+    void draw(const PictureArea& area);
 
   private:
     static constexpr std::size_t most = 5;
     std::vector<Note> news_;
 };
+
+/// Draws what is wrong in the middle above, in a window of this name; what the user chose is done after that.
+void drawWrong(const char* name, const PictureArea& area, const std::vector<Note>& wrong);
 
 /// A side of what is shown: an axis, 0 to 2, and which end of it.
 struct AxisEnd {

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "client/shared/jobs.h"
@@ -239,6 +241,29 @@ void drawCamera(ViewModel& model, PanelActions& actions) {
     drawTypedCamera(model, actions);
 }
 
+void drawViews(const PanesShown& panes, PanelActions& actions) {
+    if (!section("Views")) return;
+    constexpr std::array<std::pair<const char*, const char*>, 3> counts{
+        {{"One view", "1##views"}, {"Two views", "2##views"}, {"Four views", "4##views"}}};
+    for (const auto& [command, label] : counts) {
+        commandButton(actions, command, label);
+        ImGui::SameLine();
+    }
+    text("in the window");
+    if (panes.count < 2) return;
+    ImGui::AlignTextToFramePadding();
+    text("linked");
+    const std::array<std::tuple<const char*, const char*, bool>, 3> links{
+        {{"Link or unlink steps", "step##views", panes.links.steps},
+         {"Link or unlink selections", "selection##views", panes.links.selections},
+         {"Link or unlink cameras", "camera##views", panes.links.cameras}}};
+    for (auto [command, label, linked] : links) {
+        ImGui::SameLine();
+        if (ImGui::Checkbox(label, &linked)) actions.command = command;
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", command);
+    }
+}
+
 void drawJobs(const ServerState& server, PanelActions& actions) {
     if (server.jobs.empty() || !section("Jobs")) return;
     constexpr float lines = 18.0F;  // the panel is no log: older ones are scrolled to
@@ -263,12 +288,14 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
 }
 
 /// Two sides of the panel, as tabs where the layer has numbers.
-void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, LayerPanel& layer) {
+void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, const PanesShown& panes,
+               LayerPanel& layer) {
     const auto drawPicture = [&] {
         if (model.kind() != proto::Layer::KIND_NOT_SET) model.editor().draw(layer);
         drawCutAway(model, handles, layer);
         drawPlacement(model, handles, layer);
         drawCamera(model, layer.actions);
+        drawViews(panes, layer.actions);
         drawAnnotations(layer.actions, model.numbers.annotations);
         drawJobs(layer.server, layer.actions);
     };
@@ -290,7 +317,7 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, Layer
 }  // namespace
 
 PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handles, const ServerState& server,
-                       float scale) {
+                       const PanesShown& panes, float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
     ImGui::SetNextWindowSize({panelWidth * scale, display.y});
@@ -304,7 +331,7 @@ PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handle
     const bool roomy = !(numbers.open && model.kind() == proto::Layer::kParticles);
     drawDataset(model, layer, roomy);
     if (roomy) drawLayers(model, layer);
-    drawSides(model, numbers, handles, layer);
+    drawSides(model, numbers, handles, panes, layer);
     ImGui::PopItemWidth();
     ImGui::End();
     return actions;

@@ -7,15 +7,23 @@
 #include "client/view/layers/handles.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/panel_widgets.h"
+#include "client/view/panes/links.h"
 #include "client/view/server_state.h"
 #include "client/view/view_model.h"
 
 namespace mote::client {
 
+/// How many panes the window has, and what they do together.
+struct PanesShown {
+    std::size_t count = 1;
+    Links links;
+};
+
 inline constexpr float panelWidth = 340.0F;  ///< screen coordinates at a content scale of 1
 
-/// Draws the panel at the right edge of the window, whose content scale is `scale`.
+/// Draws the panel at the right edge of the window, whose content scale is `scale` and which has so many
+/// panes: the model is the active one's.
 PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handles, const ServerState& server,
-                       float scale);
+                       const PanesShown& panes, float scale);
 
 }  // namespace mote::client

@@ -4,7 +4,7 @@
 // the connection; main thread.
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,10 +19,10 @@ struct ServerState {
     double roundTripMs = 0.0;
     double bytesPerSecond = 0.0;
     proto::Catalogue catalogue;
-    std::optional<proto::Description> shown;  ///< of the dataset in the view
-    std::optional<proto::Frame> frame;        ///< header of the picture on the screen
-    std::vector<proto::JobStatus> jobs;       ///< newest first
-    std::uint64_t allJobs = 0;                ///< how many the server knows
+    std::shared_ptr<const proto::Description> shown;  ///< of the dataset in the view
+    std::shared_ptr<const proto::Frame> frame;        ///< header of the picture on the screen
+    std::vector<proto::JobStatus> jobs;               ///< newest first
+    std::uint64_t allJobs = 0;                        ///< how many the server knows
 };
 
 }  // namespace mote::client

@@ -99,7 +99,8 @@ void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<doubl
     if (shown < times.size()) said += fmt::format(", t = {:.5g} s", times[shown]);
     ImGui::AlignTextToFramePadding();
     text(said);
-    ImGui::SameLine(300.0F * place.scale);
+    const float behind = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x;
+    ImGui::SameLine(std::max(300.0F * place.scale, behind + 8.0F * place.scale));
     const float rest = 330.0F * place.scale;
     drawTrack(model, times, std::max(ImGui::GetContentRegionAvail().x - rest, 40.0F), actions);
     ImGui::SameLine();

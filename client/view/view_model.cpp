@@ -54,6 +54,20 @@ Status ViewModel::load(const proto::View& view, bool fromFile) {
     return success();
 }
 
+void ViewModel::copy(const ViewModel& other) {
+    message_ = other.edited();
+    loaded_ = other.loaded_;
+    hadDataset_ = other.hadDataset_;
+    known_ = other.known_;
+    opacities_ = other.opacities_;
+    ++jumps_;
+    camera_ = other.camera_;
+    cameraSet_ = other.cameraSet_;
+    served_ = other.served_;
+    background = other.background;
+    adopt(other.chosen_);
+}
+
 void ViewModel::adopt(int chosen) {
     chosen_ = std::clamp(chosen, 0, std::max(message_.layers_size() - 1, 0));
     const bool empty = message_.layers().empty();
@@ -329,6 +343,19 @@ Camera ViewModel::fitted(const proto::View& view) const {
     if (!parsed.ok() || !fitToDatasets(*parsed, known_).ok())
         return fitCamera(boundsOf(known_, dataset()), static_cast<double>(view.width()) / view.height());
     return parsed->camera;
+}
+
+bool ViewModel::followSelections(const std::string& dataset, const SelectionsShown& before,
+                                 const SelectionsShown& now) {
+    for (int i = 0; i < message_.layers_size(); ++i) {
+        if (message_.layers(i).dataset() != dataset || !message_.layers(i).has_particles()) continue;
+        const int edited = chosen_;
+        choose(i);
+        const bool changed = numbers.follow(before, now);
+        choose(edited);
+        return changed;
+    }
+    return false;
 }
 
 std::optional<Bounds> ViewModel::worldBounds() const {

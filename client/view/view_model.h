@@ -31,6 +31,8 @@ class ViewModel {
     /// Takes a view whole; `fromFile`: saved() then says no more than it did. The chosen layer stays the one
     /// of its place. Errors as parseView, and unsupported for a layer that has no editor.
     Status load(const proto::View& view, bool fromFile = true);
+    /// Shows the same as another one, and knows what that knows.
+    void copy(const ViewModel& other);
     /// Counts views that were loaded and datasets that were exchanged: all may be another, the camera too.
     std::uint64_t jumps() const { return jumps_; }
     /// As it was loaded, but for what the user has changed.
@@ -121,6 +123,11 @@ class ViewModel {
 
     /// What is edited of it, by its kind.
     LayerEditor& editor() { return *editor_; }
+
+    /// Takes over what changed of the selections of a dataset in another view, where a layer draws its
+    /// particles here. False where nothing changes.
+    bool followSelections(const std::string& dataset, const SelectionsShown& before,
+                          const SelectionsShown& now);
 
     /// The camera: until the user moves it the one that the server fitted, or before that is known one that
     /// is fitted to all layers whose datasets are known.

@@ -44,6 +44,9 @@ Viewer::Viewer(const ViewOptions& options)
       browser_(options.connection),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       connection_(options.connection, connectionSettings(options)),
+      panes_(
+          connection_,
+          [this] { return std::make_unique<Connection>(options_.connection, connectionSettings(options_)); }),
       numbers_({[this](const proto::Query& query, QueryLine::Reply reply) {
                     return connection_.query(query, std::move(reply));
                 },
@@ -54,10 +57,10 @@ Viewer::Viewer(const ViewOptions& options)
     }
     if (options.film && loaded_.ok()) {
         loaded_ = film_.open(*options.film);
-        if (loaded_.ok() && !options.view) loaded_ = model_.load(film_.film().keyframes().front().view);
+        if (loaded_.ok() && !options.view) loaded_ = model().load(film_.film().keyframes().front().view);
         filmShown_ = true;
     }
-    desk_.setSubject(model_.dataset());
+    pane().subject = model().dataset();
     window_.setLight(isLight());
     makeCommands();
     listen();
@@ -81,13 +84,14 @@ void Viewer::listen() {
         takeCatalogue(catalogue);
         numbers_.forget();
         noteAwaited();
-        learnSteps();
+        for (std::size_t i = 0; i < panes_.size(); ++i) learnSteps(panes_[i]);
     });
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
     connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
         if (film_.takeFailure(view)) return;
         if (pictures_.erase(view) > 0) return say("The picture was not saved: " + error.toString());
-        viewFailure_ = said_ = error.toString();
+        if (panes_[0].hears(view)) panes_[0].failure = error.toString();
+        said_ = error.toString();
         if (options_.exitAfterStill) exitStatus_ = 1;
     });
 }
@@ -103,17 +107,9 @@ void Viewer::askServer() {
         if (!reply.ok()) return say(reply.error().toString());
         takeCatalogue(*reply);
         offerSession();
-        if (model_.hasDataset()) {  // what it is may be another now
-            return withDescription(model_.dataset(), [this](const proto::Description& description) {
-                film_.setDescription(description);
-                if (description.dataset() == model_.dataset())
-                    model_.setDataset(description.dataset(), description.manifest());
-                server_.shown = description;
-                say(std::exchange(note_, {}));
-                dirty_ = true;
-            });
-        }
-        if (model_.isLoaded()) return;  // a view without layers
+        for (std::size_t i = 0; i < panes_.size(); ++i) learnAnew(panes_[i]);
+        if (model().hasDataset()) return;
+        if (model().isLoaded()) return;  // a view without layers
         if (!options_.dataset.empty()) return openDataset(options_.dataset);
         if (reply->datasets().empty()) return say("the server has no datasets yet");
         openDataset(reply->datasets(0).name());
@@ -126,6 +122,18 @@ void Viewer::askServer() {
     });
 }
 
+void Viewer::learnAnew(const Pane& of) {
+    if (!of.model.hasDataset()) return;
+    withDescription(of.model.dataset(), [this, id = of.id](const proto::Description& description) {
+        say(std::exchange(note_, {}));
+        auto* pane = panes_.find(id);
+        if (pane == nullptr || description.dataset() != pane->model.dataset()) return;
+        pane->model.setDataset(description.dataset(), description.manifest());
+        pane->shown = std::make_shared<const proto::Description>(description);
+        pane->dirty = true;
+    });
+}
+
 void Viewer::noteAwaited() {
     const auto& known = server_.catalogue.datasets();
     const auto isAwaited = [this](const auto& entry) { return entry.name() == awaitedDataset_; };
@@ -135,15 +143,16 @@ void Viewer::noteAwaited() {
 }
 
 /// A live dataset has more steps than before.
-void Viewer::learnSteps() {
-    const auto* entry = findEntry(model_.dataset());
-    const auto steps = static_cast<std::uint32_t>(model_.steps());
-    if (entry == nullptr || !model_.isDescribed() || entry->steps() == steps) return;
-    withDescription(entry->name(), [this](const proto::Description& description) {
-        if (description.dataset() != model_.dataset()) return;
-        server_.shown = description;
-        model_.describe(description.manifest());
-        dirty_ = true;
+void Viewer::learnSteps(const Pane& of) {
+    const auto* entry = findEntry(of.model.dataset());
+    const auto steps = static_cast<std::uint32_t>(of.model.steps());
+    if (entry == nullptr || !of.model.isDescribed() || entry->steps() == steps) return;
+    withDescription(entry->name(), [this, id = of.id](const proto::Description& description) {
+        auto* pane = panes_.find(id);
+        if (pane == nullptr || description.dataset() != pane->model.dataset()) return;
+        pane->shown = std::make_shared<const proto::Description>(description);
+        pane->model.describe(description.manifest());
+        pane->dirty = true;
     });
 }
 
@@ -159,70 +168,77 @@ void Viewer::withDescription(const std::string& name, std::function<void(const p
 }
 
 void Viewer::openDataset(const std::string& name) {
-    if (name == desk_.subject() && name == model_.dataset()) return;
+    if (name == pane().subject && name == model().dataset()) return;
     if (const auto* kept = desk_.kept(name)) {
         const proto::View view = *kept;
-        desk_.setSubject(name);
-        return showView(view, false);
+        pane().subject = name;
+        return showView(pane(), view, false);
     }
     setDataset(name, true);
 }
 
 void Viewer::setDataset(const std::string& name, bool alone) {
-    withDescription(name, [this, name, alone](const proto::Description& description) {
+    withDescription(name, [this, name, alone, id = pane().id](const proto::Description& description) {
+        auto* in = panes_.find(id);
+        if (in == nullptr) return;
+        auto& model = in->model;
         if (alone) {
-            model_.keepOnlyChosen();
-            desk_.setSubject(name);
+            model.keepOnlyChosen();
+            in->subject = name;
         }
-        const bool first = !server_.shown && !model_.isLoaded();
-        server_.shown = description;
-        const auto step = model_.step();
-        model_.setDataset(name, description.manifest());
-        if (first) model_.annotateAsUsual();
+        const bool first = !in->shown && !model.isLoaded();
+        in->shown = std::make_shared<const proto::Description>(description);
+        const auto step = model.step();
+        model.setDataset(name, description.manifest());
+        if (first) model.annotateAsUsual();
         say(std::exchange(note_, {}));
-        if (model_.step() != step)
-            say(fmt::format("{} has no step {}: step {} is shown", name, step, model_.step()));
-        window_.setTitle(fmt::format("{} - Mote", name));
-        dirty_ = true;
+        if (model.step() != step)
+            say(fmt::format("{} has no step {}: step {} is shown", name, step, model.step()));
+        in->dirty = true;
     });
 }
 
 void Viewer::addDataset(const std::string& name) {
-    withDescription(name, [this, name](const proto::Description& description) {
-        model_.addLayer(name, description.manifest());
-        dirty_ = true;
+    withDescription(name, [this, name, id = pane().id](const proto::Description& description) {
+        auto* in = panes_.find(id);
+        if (in == nullptr) return;
+        in->model.addLayer(name, description.manifest());
+        in->dirty = true;
     });
 }
 
-void Viewer::showView(const proto::View& view, bool fromFile) {
-    const auto loaded = model_.load(view, fromFile);
+void Viewer::showView(Pane& in, const proto::View& view, bool fromFile) {
+    const auto loaded = in.model.load(view, fromFile);
     if (!loaded.ok()) return say(loaded.error().toString());
-    dirty_ = true;
-    describeShown();
+    in.dirty = true;
+    describeShown(in);
 }
 
 /// Where the datasets of further layers lie, which the camera is fitted to.
 void Viewer::learnDatasets() {
-    for (const auto& name : model_.unknownDatasets()) {
-        if (name == model_.dataset()) continue;
-        if (const auto* described = film_.description(name)) model_.know(name, described->manifest());
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        auto& model = panes_[i].model;
+        for (const auto& name : model.unknownDatasets()) {
+            if (name == model.dataset()) continue;
+            if (const auto* described = film_.description(name)) model.know(name, described->manifest());
+        }
     }
 }
 
 /// What the panel says of the dataset of the chosen layer, once it is known.
-void Viewer::describeShown() {
-    if (model_.isDescribed() || !model_.hasDataset()) return;
-    const auto* description = film_.description(model_.dataset());
-    if (server_.shown && server_.shown->dataset() != model_.dataset()) server_.shown.reset();
+void Viewer::describeShown(Pane& of) {
+    auto& model = of.model;
+    if (model.isDescribed() || !model.hasDataset()) return;
+    const auto* description = film_.description(model.dataset());
+    if (of.shown && of.shown->dataset() != model.dataset()) of.shown.reset();
     if (description == nullptr) return;
-    server_.shown = *description;
-    window_.setTitle(fmt::format("{} - Mote", model_.dataset()));
-    model_.describe(description->manifest());
-    dirty_ = true;
+    of.shown = std::make_shared<const proto::Description>(*description);
+    model.describe(description->manifest());
+    of.dirty = true;
 }
 
 void Viewer::plot(const AxisNames& axes) {
-    const auto request = replotRequest(*server_.shown, axes);
+    const auto request = replotRequest(*pane().shown, axes);
     if (!request) return say("the run of this plot is not within the server's reach");
     const auto name = datasetName(*request);
     const auto& known = server_.catalogue.datasets();
@@ -278,48 +294,55 @@ void Viewer::leaveOutMissing(proto::View& view) const {
     }
 }
 
-void Viewer::sendView(const Area& area) {
+void Viewer::sendView(std::size_t index, const PictureArea& area) {
+    auto& of = panes_[index];
+    const auto& model = of.model;
     const bool missing =
-        interactive_ && !server_.catalogue.datasets().empty() && findEntry(model_.dataset()) == nullptr;
-    if (!server_.shown && !missing && (model_.hasDataset() || !model_.isLoaded()))
+        interactive_ && !server_.catalogue.datasets().empty() && findEntry(model.dataset()) == nullptr;
+    if (!of.shown && !missing && (model.hasDataset() || !model.isLoaded()))
         return;  // nothing to show before the first dataset is known
-    const bool resized = area.columns != sentColumns_ || area.rows != sentRows_;
-    const bool released = sentMoving_ && !moving_;
-    if (!dirty_ && !resized && !released) return;
-    ViewRequest request;
-    request.moving = moving_;
-    film_.forgetAsked();  // this view takes the place of all others
-    auto view = model_.asked(area.columns, area.rows);
+    if (!of.needs(area, moving_)) return;
+    if (index == 0) film_.forgetAsked();  // this view takes the place of all others of its line
+    auto view = model.asked(area.columns, area.rows);
     if (interactive_) leaveOutMissing(view);
-    sentView_ = connection_.setView(std::move(view), request);
-    sentMoving_ = moving_;
-    sentFitted_ = !model_.hasCamera();
-    sentColumns_ = area.columns;
-    sentRows_ = area.rows;
-    dirty_ = false;
+    if (panes_.size() > 1 && view.has_annotations()) keepLettersReadable(view, area);
+    of.ask(panes_.line(index), std::move(view), area, moving_);
 }
 
-void Viewer::takePicture() {
+void Viewer::sendViews(const PictureArea& whole) {
+    for (std::size_t i = 0; i < panes_.size(); ++i) sendView(i, paneArea(whole, i, panes_.size()));
+}
+
+void Viewer::takePictures() {
     while (auto frame = connection_.takeFrame()) {
-        if (film_.takeFrame(*frame) || keepPicture(*frame)) continue;
-        if (frame->message.view_id() == sentView_) viewFailure_.clear();  // what failed is shown now
-        if (frame->message.view_id() == sentView_ && sentFitted_ && frame->message.has_camera()) {
-            if (const auto fitted = parseCamera(frame->message.camera()); fitted.ok())
-                model_.setServed(*fitted);
-        }
-        texture_.upload(frame->pixels.bytes, frame->pixels.width, frame->pixels.height);
-        picture_ = std::move(frame->pixels);
-        server_.frame = std::move(frame->message);
+        if (!film_.takeFrame(*frame) && !keepPicture(*frame)) panes_[0].take(*std::move(frame));
+    }
+    for (std::size_t i = 1; i < panes_.size(); ++i) {
+        while (auto frame = panes_.line(i).takeFrame()) panes_[i].take(*std::move(frame));
     }
 }
 
-void Viewer::showPicture(const Area& area) const {
-    if (texture_.empty()) return;
-    ImGui::GetBackgroundDrawList()->AddImage(texture_.handle(), {0.0F, 0.0F}, {area.width, area.height});
+void Viewer::showPictures(const PictureArea& whole) const {
+    for (std::size_t i = 0; i < panes_.size(); ++i) panes_[i].drawPicture(paneArea(whole, i, panes_.size()));
+}
+
+void Viewer::setPanes(std::size_t count) {
+    film_.stop();
+    panes_.setCount(count);
+}
+
+void Viewer::activate(std::size_t index) {
+    if (index == panes_.activeIndex() || index >= panes_.size()) return;
+    film_.stop();
+    panes_.activate(index);
+}
+
+void Viewer::setLinks(const Links& links) {
+    panes_.setLinks(links);
 }
 
 void Viewer::refreshStatistics() {
-    const auto statistics = connection_.statistics();
+    const auto statistics = panes_.line(panes_.activeIndex()).statistics();
     server_.connected = connection_.state() == Connection::State::connected;
     server_.framesPerSecond = statistics.framesPerSecond;
     server_.roundTripMs = statistics.roundTripMs;
@@ -336,10 +359,19 @@ void Viewer::refreshStatistics() {
     }
 }
 
-/// The exact picture of the latest view is on the screen.
+/// What the panel shows of the active pane.
+void Viewer::refreshShown() {
+    server_.shown = pane().shown;
+    server_.frame = pane().frame;
+    if (std::exchange(title_, model().dataset()) != model().dataset())
+        window_.setTitle(fmt::format("{} - Mote", model().dataset()));
+}
+
 bool Viewer::still() const {
-    return server_.frame && server_.frame->final() && server_.frame->view_id() == sentView_ && !dirty_ &&
-           !moving_;
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        if (!panes_[i].isStill()) return false;
+    }
+    return !moving_;
 }
 
 /// And all that is shown beside it.
@@ -366,10 +398,38 @@ void Viewer::keepResults() {
 
 /// How long to sleep where nothing comes; without end at rest.
 std::optional<double> Viewer::patience() const {
-    const bool refining = server_.frame && !server_.frame->final() && server_.connected;
+    bool refining = false;
+    for (std::size_t i = 0; i < panes_.size() && server_.connected; ++i)
+        refining |= panes_[i].frame && !panes_[i].frame->final();
     if (moving_ || playback_.playing || film_.moving() || refining || settling_ > 0) return activeSeconds;
     const bool awake = ImGui::GetIO().WantTextInput || desk_.isStale() || ImGui::GetTime() < restFrom_;
     return awake || options_.exitAfterStill ? std::optional(idleSeconds) : std::nullopt;
+}
+
+void Viewer::hearServer() {
+    connection_.poll();
+    panes_.pollFurther();
+    for (std::size_t i = 0; i < panes_.size(); ++i) describeShown(panes_[i]);
+    takePictures();
+    refreshStatistics();
+}
+
+/// A frame of the window, from the pictures on.
+void Viewer::drawAll(const PictureArea& whole) {
+    showPictures(whole);
+    takePress(whole);
+    takeInput(activeArea());
+    play();
+    learnDatasets();
+    refreshShown();
+    const PanesShown shown{panes_.size(), panes_.links()};
+    if (panelShown_) apply(drawPanel(model(), numbers_, handles_, server_, shown, window_.contentScale()));
+    drawTime(whole);
+    editFilm(whole);
+    editNumbers(activeArea());
+    drawOver(whole);
+    lookAtDesk();
+    sendViews(whole);
 }
 
 int Viewer::run() {
@@ -382,23 +442,9 @@ int Viewer::run() {
             settling_ -= settling_ > 0 ? 1 : 0;
         }
         countGestures();
-        connection_.poll();
-        describeShown();
-        takePicture();
-        refreshStatistics();
+        hearServer();
         takeKeys();
-        const Area area = pictureArea();
-        showPicture(area);
-        takeInput(area);
-        play();
-        learnDatasets();
-        if (panelShown_) apply(drawPanel(model_, numbers_, handles_, server_, window_.contentScale()));
-        drawTime(area);
-        editFilm(area);
-        editNumbers(area);
-        drawOver(area);
-        lookAtDesk();
-        sendView(area);
+        drawAll(pictureArea());
         window_.drawFrame();
         done = finished();
         window_.presentFrame();

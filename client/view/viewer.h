@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Viewer: ties window, model, panel, film and connection together: a frame loop that sends the latest view,
-// shows the newest picture and sleeps while nothing changes. Main thread.
+// Viewer: ties window, panes, panel, film and connections together: a frame loop that sends the latest views,
+// shows the newest pictures and sleeps while nothing changes. Main thread.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +23,7 @@
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/over_picture.h"
 #include "client/view/panel.h"
+#include "client/view/panes/pane.h"
 #include "client/view/server_state.h"
 #include "client/view/time_bar.h"
 #include "client/view/view_files.h"
@@ -65,12 +66,6 @@ class Viewer {
     int run();
 
   private:
-    struct Area {
-        float width, height;          // screen coordinates
-        std::uint32_t columns, rows;  // pixels of the view
-        double aspect() const { return static_cast<double>(columns) / rows; }
-    };
-
     // The server.
 
     void listen();
@@ -79,20 +74,36 @@ class Viewer {
     void addOlderJobs();
     void takeCatalogue(const proto::Catalogue& catalogue);
     void learnDatasets();
-    void describeShown();
+    void describeShown(Pane& of);
     /// Null: the server has none of this name.
     const proto::Catalogue::Entry* findEntry(const std::string& dataset) const;
     void leaveOutMissing(proto::View& view) const;
-    void sendView(const Area& area);
-    void takePicture();
+    void sendView(std::size_t index, const PictureArea& area);
+    void sendViews(const PictureArea& whole);
+    void takePictures();
     void refreshStatistics();
+    void refreshShown();
     /// Says that the plot is there that a job of ours was to make, once the catalogue knows it.
     void noteAwaited();
-    /// Asks for the steps of the dataset that is shown, if it has others by now.
-    void learnSteps();
+    /// Asks for the steps of the dataset that a pane shows, if it has others by now.
+    void learnSteps(const Pane& of);
+    /// What a pane's dataset is may be another now.
+    void learnAnew(const Pane& of);
     void plot(const AxisNames& axes);
 
-    // What is worked on.
+    // What is worked on: what the active pane shows.
+
+    Pane& pane() { return panes_.active(); }
+    const Pane& pane() const { return panes_.active(); }
+    Pane& timed() { return panes_.timed(); }
+    const Pane& timed() const { return panes_.timed(); }
+    ViewModel& model() { return pane().model; }
+    const ViewModel& model() const { return pane().model; }
+    void hearServer();
+    void drawAll(const PictureArea& whole);
+    void setPanes(std::size_t count);
+    void activate(std::size_t index);
+    void setLinks(const Links& links);
 
     /// What was last seen of it, or it as it is at first.
     void openDataset(const std::string& name);
@@ -102,9 +113,9 @@ class Viewer {
     /// Asks what a dataset is; failures are said.
     void withDescription(const std::string& name, std::function<void(const proto::Description&)> take);
     /// Shows a view, whatever its dataset.
-    void showView(const proto::View& view, bool fromFile = true);
+    void showView(Pane& in, const proto::View& view, bool fromFile = true);
     void restore(const std::optional<DeskState>& state, const char* where);
-    void showCamera(const std::optional<std::string>& camera);
+    void showCameras(const std::optional<PaneCameras>& cameras);
     Status openView(const std::filesystem::path& path);
     Status saveView(const std::filesystem::path& path, SameName sameName);
     void takePaths(const PanelActions& actions);
@@ -122,10 +133,14 @@ class Viewer {
 
     float filmHeight() const;
     float timeHeight() const;
-    Area pictureArea() const;
+    /// What all panes share, and that of the active one.
+    PictureArea pictureArea() const;
+    PictureArea activeArea() const;
     void countGestures();
-    void takeInput(const Area& area);
-    glm::dvec3 placeUnderPointer(const Area& area) const;
+    void takePress(const PictureArea& whole);
+    void takeInput(const PictureArea& area);
+    void turn(const PictureArea& area, bool held);
+    glm::dvec3 placeUnderPointer(const PictureArea& area) const;
     void takeKeys();
     void run(const char* command);
     void apply(const PanelActions& actions);
@@ -133,23 +148,28 @@ class Viewer {
     void setCamera(const Camera& camera);
     void goSteps(std::int64_t steps);
     void makeCommands();
+    void makeViewCommands();
     static bool isLight();
     void useLight(bool light);
 
     // What is shown.
 
     void say(const std::string& message);
-    void showPicture(const Area& area) const;
-    void drawOver(const Area& area);
+    void showPictures(const PictureArea& whole) const;
+    void drawOver(const PictureArea& whole);
+    void drawTriads(const PictureArea& whole);
     void browse(const PictureArea& area);
-    std::vector<Note> whatIsWrong();
+    std::vector<Note> whatIsWrong(std::size_t index);
+    std::optional<Note> whatOfLine(std::size_t index);
+    std::optional<Note> whatOfLayer(std::size_t index, int at);
     void drawPrompts();
     void drawClosing();
     void play();
-    void drawTime(const Area& area);
-    void editFilm(const Area& area);
-    void editNumbers(const Area& area);
+    void drawTime(const PictureArea& whole);
+    void editFilm(const PictureArea& whole);
+    void editNumbers(const PictureArea& area);
     const proto::Manifest* shownManifest() const;
+    /// Exact pictures of the latest views are on the screen.
     bool still() const;
     bool finished();
     void keepResults();
@@ -159,8 +179,6 @@ class Viewer {
     ViewOptions options_;
     std::shared_ptr<Window> ownWindow_;
     Window& window_;
-    PictureTexture texture_;
-    ViewModel model_;
     Playback playback_;
     TimeBar timeBar_;
     Handles handles_;
@@ -175,32 +193,26 @@ class Viewer {
     std::optional<Session> offered_;
     bool interactive_ = true;  // no script runs the viewer
     bool offersSession_ = true;
-    std::uint64_t gesture_ = 0;     // of the hand; counts
-    double lastWheel_ = 0.0;        // when it turned, seconds
-    glm::dvec3 pivot_{0.0};         // of the drag under way
-    std::optional<Camera> fitted_;  // what F made
+    std::uint64_t gesture_ = 0;  // of the hand; counts
+    double lastWheel_ = 0.0;     // when it turned, seconds
+    glm::dvec3 pivot_{0.0};      // of the drag under way
     enum class Closing { no, asked, agreed } closing_ = Closing::no;
+    std::string title_;            // of the window
     std::string note_;             // on what was opened
     std::string said_;             // the last that was said
-    std::string viewFailure_;      // why there is no picture of the latest view
     std::uint64_t jobsPaged_ = 0;  // jobs of the pages that were asked for
     FilmEditor film_;
-    FramePixels picture_;  // on the screen
     Status loaded_ = success();
     bool panelShown_ = true, filmShown_ = false;
-    bool dirty_ = true;        // the model differs from what was sent
-    bool moving_ = false;      // a gesture is under way
-    bool sentMoving_ = false;  // the sent view was announced as moving
-    bool sentFitted_ = false;  // it left the camera to the server
-    std::uint32_t sentColumns_ = 0, sentRows_ = 0;
-    std::uint64_t sentView_ = 0;                               // id of the latest view
+    bool moving_ = false;                                      // a gesture is under way
     std::string awaitedDataset_;                               // a plot that a job of ours makes
     std::map<std::uint64_t, std::filesystem::path> pictures_;  // to be saved, by the view that was asked for
     int settling_ = 0;                                         // frames that follow what came last
     double restFrom_ = 0.0;                                    // seconds; then nothing is drawn any more
     int exitStatus_ = 0;
-    // Last: its destructor ends the callbacks into this object; but the numbers drop what they have asked.
+    // Last: their destructors end the callbacks into this object; but the numbers drop what they have asked.
     Connection connection_;
+    Panes panes_;  // the first asks over that connection
     NumbersEditor numbers_;
 };
 

@@ -28,20 +28,20 @@ namespace mote::client {
 
 Status Viewer::openView(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(auto saved, readSavedView(path));
-    const auto loaded = model_.load(saved.view);
+    const auto loaded = model().load(saved.view);
     if (!loaded.ok()) {
         const auto& error = loaded.error();
         return Error{error.code, fmt::format("{}: {}", path.string(), error.where), error.message};
     }
     note_ = std::move(saved.note);
-    desk_.setSubject(saved.view.layers().empty() ? std::string() : saved.view.layers(0).dataset());
-    dirty_ = true;
+    pane().subject = saved.view.layers().empty() ? std::string() : saved.view.layers(0).dataset();
+    pane().dirty = true;
     return success();
 }
 
 Status Viewer::saveView(const std::filesystem::path& path, SameName sameName) {
-    const auto area = pictureArea();
-    const auto view = model_.saved(area.columns, area.rows);
+    const auto area = activeArea();
+    const auto view = model().saved(area.columns, area.rows);
     MOTE_RETURN_IF_ERROR(saveJson(path, view, sameName));
     lookAtDesk();
     desk_.saved();
@@ -62,7 +62,7 @@ void Viewer::takePaths(const PanelActions& actions) {
     if (const auto& path = actions.saveStyleTo) {
         const bool agreed = files_.savingStyle.agreed(*path);
         answer(files_.savingStyle,
-               saveJson(*path, model_.style(), agreed ? SameName::isReplaced : SameName::stays));
+               saveJson(*path, model().style(), agreed ? SameName::isReplaced : SameName::stays));
     }
     if (actions.openStyleFrom) answer(files_.openingStyle, openStyle(*actions.openStyleFrom));
     if (actions.savePictureTo) savePicture(*actions.savePictureTo);
@@ -79,8 +79,8 @@ void Viewer::takePaths(const PanelActions& actions) {
 Status Viewer::openStyle(const std::filesystem::path& path) {
     proto::Layer style;
     MOTE_RETURN_IF_ERROR(readJsonFile(path, style));
-    dirty_ = true;
-    return model_.setStyle(style);
+    pane().dirty = true;
+    return model().setStyle(style);
 }
 
 /// Asks for it as it is shown, with its points and letters in proportion.
@@ -89,8 +89,8 @@ void Viewer::savePicture(const std::filesystem::path& path) {
     const auto limit = static_cast<int>(View::maxSide);
     if (width < 1 || height < 1 || width > limit || height > limit)
         return files_.savingPicture.fail(fmt::format("a picture has 1 to {} pixels a side", limit));
-    const auto area = pictureArea();
-    auto view = model_.view(area.columns, area.rows);
+    const auto area = activeArea();
+    auto view = model().view(area.columns, area.rows);
     const double factor = static_cast<double>(height) / area.rows;
     view.set_scale((view.has_scale() ? view.scale() : 1.0) * factor);
     view.set_width(static_cast<std::uint32_t>(width));
@@ -122,11 +122,11 @@ bool Viewer::keepPicture(const ReceivedFrame& frame) {
 
 /// The view lies beside the sessions, so that the command is all there is to it.
 void Viewer::copyCommand() {
-    const auto area = pictureArea();
+    const auto area = activeArea();
     const auto path = freshPath(sessionFolder() / "views" / "view.json");
     std::error_code code;
     std::filesystem::create_directories(path.parent_path(), code);
-    const auto kept = saveJson(path, model_.view(area.columns, area.rows), SameName::stays);
+    const auto kept = saveJson(path, model().view(area.columns, area.rows), SameName::stays);
     if (!kept.ok()) return say(kept.error().toString());
     auto command = fmt::format("mote-frames '{}'", path.string());
     if (options_.spawn.empty()) command += fmt::format(" --connect '{}'", options_.connection.string());
@@ -136,21 +136,45 @@ void Viewer::copyCommand() {
 }
 
 float Viewer::timeHeight() const {
-    return panelShown_ && model_.timedSteps() > 1 ? TimeBar::height(window_.contentScale()) : 0.0F;
+    return panelShown_ && timed().model.timedSteps() > 1 ? TimeBar::height(window_.contentScale()) : 0.0F;
 }
 
 float Viewer::filmHeight() const {
     return panelShown_ && filmShown_ ? FilmPanel::height(window_.contentScale()) : 0.0F;
 }
 
-Viewer::Area Viewer::pictureArea() const {
+PictureArea Viewer::pictureArea() const {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
-    const float panel = panelShown_ ? panelWidth * window_.contentScale() : 0.0F;
+    const float scale = window_.contentScale();
+    const float panel = panelShown_ ? panelWidth * scale : 0.0F;
     const float width = std::max(display.x - panel, 1.0F),
                 height = std::max(display.y - filmHeight() - timeHeight(), 1.0F);
-    return {width, height, static_cast<std::uint32_t>(std::max(width * density.x, 1.0F)),
+    return {width,
+            height,
+            scale,
+            0.0F,
+            0.0F,
+            static_cast<std::uint32_t>(std::max(width * density.x, 1.0F)),
             static_cast<std::uint32_t>(std::max(height * density.y, 1.0F))};
+}
+
+PictureArea Viewer::activeArea() const {
+    return paneArea(pictureArea(), panes_.activeIndex(), panes_.size());
+}
+
+/// A press or a turn of the wheel on another pane is that one's, which is the active one from then on.
+void Viewer::takePress(const PictureArea& whole) {
+    const auto& io = ImGui::GetIO();
+    bool begins = io.MouseWheel != 0.0F;
+    for (int button = 0; button < 3; ++button) {
+        if (ImGui::IsMouseDown(button) && !ImGui::IsMouseClicked(button)) return;  // of a gesture under way
+        begins |= ImGui::IsMouseClicked(button);
+    }
+    if (!begins || io.WantCaptureMouse) return;
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        if (paneArea(whole, i, panes_.size()).holds(io.MousePos.x, io.MousePos.y)) activate(i);
+    }
 }
 
 /// A press, a key and a turn of the wheel begin something of their own; what follows belongs to it.
@@ -165,52 +189,61 @@ void Viewer::countGestures() {
 }
 
 /// On what is seen there: in the middle of it, as far as the boxes of datasets tell; else beside the target.
-glm::dvec3 Viewer::placeUnderPointer(const Area& area) const {
+glm::dvec3 Viewer::placeUnderPointer(const PictureArea& area) const {
     const auto& mouse = ImGui::GetIO().MousePos;
-    const glm::dvec2 at(mouse.x / area.width, mouse.y / area.height);
-    const Camera camera = model_.camera(area.aspect());
-    const auto column = static_cast<std::size_t>(std::clamp(at.x, 0.0, 1.0 - 1e-9) * picture_.width);
-    const auto row = static_cast<std::size_t>(std::clamp(at.y, 0.0, 1.0 - 1e-9) * picture_.height);
-    const std::size_t pixel = 4 * (row * picture_.width + column);
-    if (pixel + 3 >= picture_.bytes.size()) return camera.target;
+    const auto at = area.partAt(mouse.x, mouse.y);
+    const auto& picture = pane().picture;
+    const Camera camera = model().camera(area.aspect());
+    const auto column = static_cast<std::size_t>(std::clamp(at.x, 0.0, 1.0 - 1e-9) * picture.width);
+    const auto row = static_cast<std::size_t>(std::clamp(at.y, 0.0, 1.0 - 1e-9) * picture.height);
+    const std::size_t pixel = 4 * (row * picture.width + column);
+    if (pixel + 3 >= picture.bytes.size()) return camera.target;
     bool something = false;
     for (std::size_t i = 0; i < 3; ++i)
-        something |= std::abs(picture_.bytes[pixel + i] - 255.0F * model_.background[i]) > 8.0F;
-    const auto box = model_.worldBounds();
+        something |= std::abs(picture.bytes[pixel + i] - 255.0F * model().background[i]) > 8.0F;
+    const auto box = model().worldBounds();
     const auto within = something && box ? placeWithin(camera, area.aspect(), at, *box) : std::nullopt;
     return within.value_or(placeAt(camera, area.aspect(), at));
 }
 
-void Viewer::takeInput(const Area& area) {
+void Viewer::takeInput(const PictureArea& area) {
     const ImGuiIO& io = ImGui::GetIO();
     const bool held = ImGui::IsMouseDown(ImGuiMouseButton_Left) ||
                       ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
                       ImGui::IsMouseDown(ImGuiMouseButton_Middle);
     moving_ = held && !io.WantCaptureMouse;
     PanelActions gesture;
-    if (numbers_.takeMouse(model_, {area.width, area.height, area.columns, area.rows}, gesture)) {
-        dirty_ |= gesture.viewChanged;
+    if (numbers_.takeMouse(model(), area, gesture)) {
+        pane().dirty |= gesture.viewChanged;
         moving_ = false;
         return;
     }
     bool pulled = false;
-    const bool holding = handles_.draw(model_, {area.width, area.height, window_.contentScale()}, pulled);
-    dirty_ |= pulled;
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    draw.PushClipRect({area.left, area.top}, {area.left + area.width, area.top + area.height});
+    const bool holding = handles_.draw(model(), area, pulled);
+    draw.PopClipRect();
+    pane().dirty |= pulled;
     if (holding) film_.stop();
     if (io.WantCaptureMouse || holding) return;
     if (moving_ || io.MouseWheel != 0.0F) film_.stop();
-    Camera camera = model_.camera(area.aspect());
+    turn(area, held);
+}
+
+/// What drags and the wheel do to the camera.
+void Viewer::turn(const PictureArea& area, bool held) {
+    const ImGuiIO& io = ImGui::GetIO();
+    Camera camera = model().camera(area.aspect());
+    const auto at = area.partAt(io.MousePos.x, io.MousePos.y);
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
         pivot_ = placeUnderPointer(area);
         // Beside all that is shown, about the middle.
-        if (pivot_ ==
-            placeAt(camera, area.aspect(), {io.MousePos.x / area.width, io.MousePos.y / area.height}))
-            pivot_ = camera.target;
+        if (pivot_ == placeAt(camera, area.aspect(), at)) pivot_ = camera.target;
     }
     const glm::dvec2 drag(io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
     const bool dragged = drag != glm::dvec2(0.0) && held;
     if (dragged && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
-        const glm::dvec2 arm(io.MousePos.x - area.width / 2.0F, area.height / 2.0F - io.MousePos.y);
+        const glm::dvec2 arm((at.x - 0.5) * area.width, (0.5 - at.y) * area.height);
         const glm::dvec2 before = arm - glm::dvec2(io.MouseDelta.x, -io.MouseDelta.y);
         camera = io.KeyShift ? roll(camera, std::atan2(arm.y, arm.x) - std::atan2(before.y, before.x))
                              : orbit(camera, drag, pivot_);
@@ -241,7 +274,7 @@ void Viewer::takeKeys() {
 
 void Viewer::apply(const PanelActions& actions) {
     if (actions.viewChanged) film_.stop();
-    dirty_ |= actions.viewChanged;
+    pane().dirty |= actions.viewChanged;
     moving_ |= actions.editing;
     say(actions.refused);
     if (actions.command != nullptr) run(actions.command);
@@ -279,46 +312,52 @@ void Viewer::addOlderJobs() {
     });
 }
 
+/// Panes that go along are seen too before all go on.
 void Viewer::play() {
-    if (!server_.shown) return;
-    const bool seen = server_.frame && server_.frame->view_id() == sentView_;
-    const auto step = playback_.next(ImGui::GetTime(), model_.timedLayer().step(), model_.timedSteps(), seen);
+    auto& model = timed().model;
+    if (!timed().shown) return;
+    bool seen = timed().isSeen();
+    for (std::size_t i = 0; i < panes_.size() && panes_.links().steps; ++i)
+        seen &= panes_[i].isSeen() || !panes_[i].failure.empty();
+    const auto step = playback_.next(ImGui::GetTime(), model.timedLayer().step(), model.timedSteps(), seen);
     if (!step) return;
-    model_.setTimedStep(*step);
-    dirty_ = true;
+    model.setTimedStep(*step);
+    timed().dirty = true;
 }
 
-void Viewer::drawTime(const Area& area) {
+void Viewer::drawTime(const PictureArea& whole) {
     if (timeHeight() <= 0.0F) return;
     PanelActions actions;
-    const auto* timed = film_.description(model_.timedLayer().dataset());
-    const auto times = timed != nullptr ? stepTimes(timed->manifest()) : std::vector<double>();
-    timeBar_.draw(model_, playback_, times, {0.0F, area.height, area.width, window_.contentScale()}, actions);
+    const auto* described = film_.description(timed().model.timedLayer().dataset());
+    const auto times = described != nullptr ? stepTimes(described->manifest()) : std::vector<double>();
+    const auto before = timed().model.timedLayer().step();
+    timeBar_.draw(timed().model, playback_, times, {0.0F, whole.height, whole.width, whole.scale}, actions);
+    timed().dirty |= timed().model.timedLayer().step() != before;
     apply(actions);
 }
 
 const proto::Manifest* Viewer::shownManifest() const {
-    return server_.shown ? &server_.shown->manifest() : nullptr;
+    return pane().shown ? &pane().shown->manifest() : nullptr;
 }
 
 /// What the histogram's window changes of the view, and the numbers that are asked for.
-void Viewer::editNumbers(const Area& area) {
+void Viewer::editNumbers(const PictureArea& area) {
     PanelActions actions;
-    numbers_.drawOver(model_, shownManifest(), {area.width, area.height, area.columns, area.rows},
-                      window_.contentScale(), actions, moving_);
-    dirty_ |= actions.viewChanged;
+    numbers_.drawOver(model(), shownManifest(), area, actions, moving_);
+    pane().dirty |= actions.viewChanged;
 }
 
 /// What a film's bar and its preview change of the view.
-void Viewer::editFilm(const Area& area) {
+void Viewer::editFilm(const PictureArea& whole) {
     const double now = ImGui::GetTime();
-    if (const auto view = film_.play(now)) showView(*view);
+    if (const auto view = film_.play(now)) showView(pane(), *view);
     if (panelShown_ && filmShown_) {
-        const auto present = model_.view(area.columns, area.rows);
+        const auto area = activeArea();
+        const auto present = model().view(area.columns, area.rows);
         const FilmSurroundings around{
-            0.0F,   area.height + timeHeight(), area.width, window_.contentScale(), now, present, picture_,
+            0.0F,   whole.height + timeHeight(), whole.width, whole.scale, now, present, pane().picture,
             server_};
-        if (const auto view = film_.draw(around)) showView(*view);
+        if (const auto view = film_.draw(around)) showView(pane(), *view);
     }
     moving_ |= film_.moving();
     if (still()) film_.askThumbnails();
@@ -337,19 +376,19 @@ void Viewer::makeCommands() {
     add("File", "Save view...", "Ctrl+S",
         [this] { files_.saving.open(files_.saving.hasPath() ? "" : freshPath("view.json")); });
     add("File", "Save picture...", "Ctrl+P", [this] {
-        const auto area = pictureArea();
+        const auto area = activeArea();
         files_.pictureSize = {static_cast<int>(area.columns), static_cast<int>(area.rows)};
         files_.savingPicture.open(freshPath("picture.png"));
     });
     add("File", "Copy the command that makes this picture", "Ctrl+Shift+C", [this] { copyCommand(); });
-    add("Style", "Copy style", "", [this] { ImGui::SetClipboardText(toJson(model_.style()).c_str()); });
+    add("Style", "Copy style", "", [this] { ImGui::SetClipboardText(toJson(model().style()).c_str()); });
     add("Style", "Paste style", "", [this] {
         const char* clipboard = ImGui::GetClipboardText();
         proto::Layer style;
         auto pasted = parseJson(clipboard != nullptr ? clipboard : "", style, "the clipboard");
-        if (pasted.ok()) pasted = model_.setStyle(style);
+        if (pasted.ok()) pasted = model().setStyle(style);
         if (!pasted.ok()) return say(pasted.error().toString());
-        dirty_ = true;
+        pane().dirty = true;
     });
     add("Style", "Open style...", "", [this] { files_.openingStyle.open(); });
     add("Style", "Save style...", "", [this] { files_.savingStyle.open(); });
@@ -364,12 +403,12 @@ void Viewer::makeCommands() {
     add("Layer", "Place by hand", "G", [this] { handles_.places = !handles_.places; });
     add("Camera", "Fit", "F", [this] { fitView(); });
     add(
-        "Camera", "Camera before", "[", [this] { showCamera(desk_.cameraBack()); }, true);
+        "Camera", "Camera before", "[", [this] { showCameras(desk_.cameraBack()); }, true);
     add(
-        "Camera", "Camera after", "]", [this] { showCamera(desk_.cameraForward()); }, true);
-    add("Camera", "Other projection", "O", [this] { setCamera(toggleProjection(model_.camera(1.0))); });
+        "Camera", "Camera after", "]", [this] { showCameras(desk_.cameraForward()); }, true);
+    add("Camera", "Other projection", "O", [this] { setCamera(toggleProjection(model().camera(1.0))); });
     add("Camera", "Roll by 90 degrees", "R",
-        [this] { setCamera(roll(model_.camera(1.0), glm::half_pi<double>())); });
+        [this] { setCamera(roll(model().camera(1.0), glm::half_pi<double>())); });
     for (int axis = 0; axis < 3; ++axis) {
         for (const bool positive : {true, false}) {
             static constexpr std::array<std::array<const char*, 2>, 3> keys{
@@ -377,7 +416,7 @@ void Viewer::makeCommands() {
             const auto i = static_cast<std::size_t>(axis);
             add("Camera", fmt::format("Look from {}{}", positive ? '+' : '-', "xyz"[i]),
                 keys[i][positive ? 0 : 1],
-                [this, axis, positive] { setCamera(lookFrom(model_.camera(1.0), axis, positive)); });
+                [this, axis, positive] { setCamera(lookFrom(model().camera(1.0), axis, positive)); });
         }
     }
     add(
@@ -385,9 +424,11 @@ void Viewer::makeCommands() {
     add(
         "Time", "Step before", "Left", [this] { goSteps(-1); }, true);
     add("Time", "First step", "Home",
-        [this] { goSteps(-static_cast<std::int64_t>(model_.timedLayer().step())); });
-    add("Time", "Last step", "End",
-        [this] { goSteps(model_.timedSteps() - 1 - static_cast<std::int64_t>(model_.timedLayer().step())); });
+        [this] { goSteps(-static_cast<std::int64_t>(timed().model.timedLayer().step())); });
+    add("Time", "Last step", "End", [this] {
+        goSteps(timed().model.timedSteps() - 1 -
+                static_cast<std::int64_t>(timed().model.timedLayer().step()));
+    });
     add("Time", "Play or pause", "Space", [this] { playback_.playing = !playback_.playing; });
     add("Window", "Panel", "Tab", [this] { panelShown_ = !panelShown_; });
     add("Window", "Film", "K", [this] { filmShown_ = !filmShown_; });
@@ -403,7 +444,31 @@ void Viewer::makeCommands() {
         numbers_.tool().setKind(PictureTool::Kind::none);
         keysShown_ = false;
     });
-    add("Window", "Connect now", "", [this] { connection_.reconnect(); });
+    add("Window", "Connect now", "", [this] {
+        connection_.reconnect();
+        panes_.reconnectFurther();
+    });
+    makeViewCommands();
+}
+
+void Viewer::makeViewCommands() {
+    const auto add = [this](std::string name, const char* keys, std::function<void()> run) {
+        commands_.push_back({"Views", std::move(name), keys, std::move(run)});
+    };
+    add("One view", "Ctrl+1", [this] { setPanes(1); });
+    add("Two views", "Ctrl+2", [this] { setPanes(2); });
+    add("Four views", "Ctrl+4", [this] { setPanes(4); });
+    add("Next view", "V", [this] { activate((panes_.activeIndex() + 1) % panes_.size()); });
+    const auto link = [&](const char* name, bool Links::*which) {
+        add(name, "", [this, which] {
+            auto links = panes_.links();
+            links.*which = !(links.*which);
+            setLinks(links);
+        });
+    };
+    link("Link or unlink steps", &Links::steps);
+    link("Link or unlink selections", &Links::selections);
+    link("Link or unlink cameras", &Links::cameras);
 }
 
 namespace {
@@ -438,50 +503,65 @@ void Viewer::run(const char* command) {
 /// A direction that the user chose stays; asked again, it is the usual one.
 void Viewer::fitView() {
     film_.stop();
-    dirty_ = true;
-    const auto camera = model_.camera(1.0);
-    const bool again = !model_.hasCamera() || !model_.served() || fitted_ == camera;
-    fitted_.reset();
-    if (again) return model_.fit();
-    setCamera(fitAlong(camera, *model_.served()));
-    fitted_ = model_.camera(1.0);
+    pane().dirty = true;
+    const auto camera = model().camera(1.0);
+    const bool again = !model().hasCamera() || !model().served() || pane().fitted == camera;
+    pane().fitted.reset();
+    if (again) return model().fit();
+    setCamera(fitAlong(camera, *model().served()));
+    pane().fitted = model().camera(1.0);
 }
 
 void Viewer::setCamera(const Camera& camera) {
     film_.stop();
-    model_.setCamera(camera);
-    dirty_ = true;
+    model().setCamera(camera);
+    pane().dirty = true;
 }
 
 void Viewer::goSteps(std::int64_t steps) {
-    const auto wanted = static_cast<std::int64_t>(model_.timedLayer().step()) + steps;
-    if (steps == 0 || wanted < 0 || wanted >= model_.timedSteps()) return;
-    model_.setTimedStep(static_cast<std::uint32_t>(wanted));
-    dirty_ = true;
+    const auto wanted = static_cast<std::int64_t>(timed().model.timedLayer().step()) + steps;
+    if (steps == 0 || wanted < 0 || wanted >= timed().model.timedSteps()) return;
+    timed().model.setTimedStep(static_cast<std::uint32_t>(wanted));
+    timed().dirty = true;
 }
 
 void Viewer::lookAtDesk() {
-    desk_.look(model_, film_.film(), gesture_);
+    panes_.follow();
+    desk_.look(panes_.looked(), panes_.activeIndex(), panes_.links(), film_.film(), gesture_);
     if (film_.isSaved()) desk_.filmSaved();
 }
 
+/// What a pane shows already stays as it is.
 void Viewer::restore(const std::optional<DeskState>& state, const char* where) {
     if (!state) return say(fmt::format("There is nothing {}.", where));
-    desk_.setSubject(state->subject);
+    panes_.setIds(state->panes);
+    panes_.restoreLinks(state->links);
     if (state->film->revision() != film_.film().revision()) film_.restore(*state->film);
     film_.stop();
     playback_.playing = false;
-    showView(state->view(), state->fromFile);
+    for (const auto& was : state->panes) {
+        auto& in = *panes_.find(was.id);
+        const auto view = was.view();
+        const bool same = in.model.isLoaded() == was.fromFile && in.subject == was.subject &&
+                          in.model.edited().SerializeAsString() == view.SerializeAsString();
+        in.subject = was.subject;
+        if (!same) showView(in, view, was.fromFile);
+    }
 }
 
-void Viewer::showCamera(const std::optional<std::string>& camera) {
-    if (!camera) return say("There is no other camera.");
-    // To the byte, also of one that says less than a camera has.
-    auto view = model_.edited();
-    view.clear_camera();
-    if (!camera->empty()) view.mutable_camera()->ParseFromString(*camera);
+void Viewer::showCameras(const std::optional<PaneCameras>& cameras) {
+    if (!cameras) return say("There is no other camera.");
     film_.stop();
-    showView(view, model_.isLoaded());
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        auto& in = panes_[i];
+        const auto camera = cameras->all.find(in.id);
+        // To the byte, also of one that says less than a camera has.
+        auto view = in.model.edited();
+        if (camera == cameras->all.end() || camera->second == view.camera().SerializeAsString()) continue;
+        view.clear_camera();
+        if (!camera->second.empty()) view.mutable_camera()->ParseFromString(camera->second);
+        showView(in, view, in.model.isLoaded());
+    }
 }
 
 void Viewer::keepSession() {
@@ -510,7 +590,15 @@ void Viewer::takeUpSession(const Session& session) {
         if (film.ok()) film_.restore(*film);
         if (!film.ok()) say(film.error().toString());
     }
-    showView(view->second, false);
+    panes_.restoreLinks(taken.links);
+    setPanes(std::max<std::size_t>(taken.panes.size(), 1));
+    activate(taken.active);
+    for (std::size_t i = 0; i < taken.panes.size(); ++i) {
+        panes_[i].subject = taken.panes[i].subject;
+        showView(panes_[i], taken.panes[i].view, false);
+    }
+    pane().subject = taken.subject;
+    if (taken.panes.empty()) showView(pane(), view->second, false);
     if (!taken.film) film_.stop();
 }
 
@@ -548,56 +636,85 @@ void Viewer::drawClosing() {
     if (save) run("Save view...");
 }
 
-/// What keeps the view from being shown, and what can be done.
-std::vector<Note> Viewer::whatIsWrong() {
+/// Where the line of a pane is down and that of the first is not.
+std::optional<Note> Viewer::whatOfLine(std::size_t index) {
+    const auto& line = panes_.line(index);
+    if (index == 0 || line.state() == Connection::State::connected) return std::nullopt;
+    const auto why = line.lostReason() ? line.lostReason() : line.brokenBy();
+    if (!why) return std::nullopt;
+    return Note{why->toString(), {{"Connect now", [this] { run("Connect now"); }}}};
+}
+
+/// Where the server does not have what a layer of a pane draws.
+std::optional<Note> Viewer::whatOfLayer(std::size_t index, int at) {
+    const auto& layer = panes_[index].model.layers().Get(at);
+    const auto* entry = findEntry(layer.dataset());
+    if (entry == nullptr) {
+        Note note{fmt::format("There is no dataset {} on this server.", layer.dataset())};
+        note.ways.emplace_back("Remove its layer", [this, at, index] {
+            panes_[index].model.removeLayer(at);
+            panes_[index].dirty = true;
+        });
+        return note;
+    }
+    if (entry->steps() == 0 || layer.step() < entry->steps()) return std::nullopt;
+    const auto last = entry->steps() - 1;
+    Note note{fmt::format("{} has steps 0 to {}: there is no step {}.", layer.dataset(), last, layer.step())};
+    note.ways.emplace_back(fmt::format("Show step {}", last), [this, at, index, last] {
+        panes_[index].model.choose(at);
+        panes_[index].model.setStep(last);
+        panes_[index].dirty = true;
+    });
+    return note;
+}
+
+/// What keeps a pane's view from being shown, and what can be done.
+std::vector<Note> Viewer::whatIsWrong(std::size_t index) {
     std::vector<Note> wrong;
-    if (!server_.connected) {
-        if (!server_.connection.empty())
+    if (!server_.connected) {  // said once
+        if (index == 0 && !server_.connection.empty())
             wrong.push_back({server_.connection, {{"Connect now", [this] { run("Connect now"); }}}});
         return wrong;
     }
-    for (int i = 0; i < model_.layers().size(); ++i) {
-        const auto& layer = model_.layers().Get(i);
-        if (layer.dataset().empty()) continue;
-        const auto* entry = findEntry(layer.dataset());
-        if (entry == nullptr) {
-            Note note{fmt::format("There is no dataset {} on this server.", layer.dataset())};
-            note.ways.emplace_back("Remove its layer", [this, i] {
-                model_.removeLayer(i);
-                dirty_ = true;
-            });
-            wrong.push_back(std::move(note));
-        } else if (entry->steps() > 0 && layer.step() >= entry->steps()) {
-            const auto last = entry->steps() - 1;
-            Note note{fmt::format("{} has steps 0 to {}: there is no step {}.", layer.dataset(), last,
-                                  layer.step())};
-            note.ways.emplace_back(fmt::format("Show step {}", last), [this, i, last] {
-                model_.choose(i);
-                model_.setStep(last);
-                dirty_ = true;
-            });
-            wrong.push_back(std::move(note));
-        }
+    if (auto line = whatOfLine(index)) wrong.push_back(*std::move(line));
+    const auto& of = panes_[index];
+    for (int i = 0; i < of.model.layers().size(); ++i) {
+        if (of.model.layers().Get(i).dataset().empty()) continue;
+        if (auto layer = whatOfLayer(index, i)) wrong.push_back(*std::move(layer));
     }
-    if (wrong.empty() && !viewFailure_.empty())
-        wrong.push_back({viewFailure_, {{"Undo", [this] { run("Undo"); }}}});
+    if (wrong.empty() && !of.failure.empty())
+        wrong.push_back({of.failure, {{"Undo", [this] { run("Undo"); }}}});
     return wrong;
 }
 
-void Viewer::drawOver(const Area& area) {
-    const float scale = window_.contentScale();
-    const PictureArea picture{area.width, area.height, scale};
-    const auto names = server_.shown ? axesOf(*server_.shown) : std::nullopt;
-    const auto end =
-        drawTriad(model_.camera(area.aspect()), names.value_or(AxisNames{"x", "y", "z"}), picture);
-    if (end) setCamera(lookFrom(model_.camera(1.0), end->axis, end->positive));
-    notes_.draw(picture, whatIsWrong());
+void Viewer::drawTriads(const PictureArea& whole) {
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        const auto& of = panes_[i];
+        const auto area = paneArea(whole, i, panes_.size());
+        const auto names = of.shown ? axesOf(*of.shown) : std::nullopt;
+        const auto end =
+            drawTriad(of.model.camera(area.aspect()), names.value_or(AxisNames{"x", "y", "z"}), area);
+        if (!end) continue;
+        activate(i);
+        setCamera(lookFrom(model().camera(1.0), end->axis, end->positive));
+    }
+}
+
+void Viewer::drawOver(const PictureArea& whole) {
+    const float scale = whole.scale;
+    drawTriads(whole);
+    drawPaneFrames(panes_, whole);
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        const auto area = server_.connected ? paneArea(whole, i, panes_.size()) : whole;
+        drawWrong(fmt::format("wrong {}", i).c_str(), area, whatIsWrong(i));
+    }
+    notes_.draw(whole);
     drawKeys(keysShown_, commands_, scale);
     if (const auto* command = palette_.draw(commands_, scale)) {
         ++gesture_;
         command->run();
     }
-    browse(picture);
+    browse(whole);
     drawPrompts();
     drawClosing();
 }

@@ -63,6 +63,8 @@ std::string nameOfKey(int key, int scancode) {
     for (const auto& [code, name] : namedKeys) {
         if (code == key) return name;
     }
+    if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9)  // wherever its digit is typed with Shift, too
+        return std::string(1, static_cast<char>(key - GLFW_KEY_0 + '0'));
     const char* typed = glfwGetKeyName(key, scancode);
     if (typed == nullptr || typed[0] < 'a' || typed[0] > 'z' || typed[1] != 0) return {};
     return std::string(1, static_cast<char>(typed[0] - 'a' + 'A'));

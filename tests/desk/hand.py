@@ -4,6 +4,7 @@
 Nothing here knows the viewer's code: words are found where they stand in the window, drawn by another library in
 the same font; what a hand does goes through the X server.
 """
+import atexit
 import ctypes
 import json
 import os
@@ -153,6 +154,20 @@ def find_pattern(grey, pattern):
     return cross / numpy.sqrt(numpy.maximum(spread, 1e3) * (pattern * pattern).sum())
 
 
+SHOTS = ("unseen.png", "failed.png")  # what a test that failed leaves to be looked at
+
+
+def new_folder():
+    """A folder that goes when this program ends, unless the picture of a failure lies in it."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-"))
+
+    def remove():
+        if not any((folder / name).exists() for name in SHOTS):
+            shutil.rmtree(folder, ignore_errors=True)
+    atexit.register(remove)
+    return folder
+
+
 class Viewer:
     """mote-view in a window of its own display."""
 
@@ -160,7 +175,7 @@ class Viewer:
         self.size = size
         self.display = display or Display(*size)
         self.own = display is None
-        self.folder = pathlib.Path(state or tempfile.mkdtemp(prefix="mote-desk-"))
+        self.folder = pathlib.Path(state) if state else new_folder()
         self.log = open(self.folder / "said", "w+", encoding="utf-8")
         environment = dict(os.environ, DISPLAY=self.display.name, XDG_STATE_HOME=str(self.folder / "state"),
                            XDG_CACHE_HOME=str(self.folder / "cache"), HOME=str(home or self.folder), WAYLAND_DISPLAY="")
@@ -187,13 +202,19 @@ class Viewer:
         return self.log.read()
 
     def desk(self):
-        """What the viewer keeps of its work, as its file has it: subject, views, film; None before there is any."""
+        """What the viewer keeps of its work, as its file has it: subject, views, film, and, where there are several
+        panes, their views, which is active, what is linked; None before there is any."""
         for path in (self.folder / "state" / "mote").glob(f"*-{self.process.pid}.session"):
             lines = path.read_text(encoding="utf-8").splitlines()
-            kept = {"subject": lines[1].removeprefix("subject "), "views": {}, "film": None}
+            kept = {"subject": lines[1].removeprefix("subject "), "views": {}, "film": None, "panes": [], "active": 0,
+                    "links": []}
             for head, content in zip(lines[2::2], lines[3::2]):
                 if head == "film":
                     kept["film"] = json.loads(content)
+                elif head.startswith("panes "):
+                    kept["active"], kept["links"] = int(head.removeprefix("panes ")), content.split()
+                elif head.startswith("pane "):
+                    kept["panes"].append(json.loads(content))
                 else:
                     kept["views"][head.removeprefix("view ")] = json.loads(content)
             return kept
@@ -210,6 +231,11 @@ class Viewer:
             view = self.view()
             return view if holds(view) else None
         return self.until(check, what)
+
+    def panes(self):
+        """The views of all panes; [] while there is one."""
+        kept = self.desk()
+        return kept["panes"] if kept else []
 
     # Eyes.
 
@@ -244,8 +270,8 @@ class Viewer:
             before = at
             self.alive()
             time.sleep(0.05)
-        self.keep("unseen.png")
-        raise AssertionError(f"'{word}' is not to be seen; see {self.folder}/unseen.png")
+        self.keep(SHOTS[0])
+        raise AssertionError(f"'{word}' is not to be seen; see {self.folder}/{SHOTS[0]}")
 
     def keep(self, name):
         Image.fromarray(self.picture()).save(self.folder / name)
@@ -263,8 +289,8 @@ class Viewer:
                 return got
             self.alive()
             time.sleep(0.02)
-        self.keep("failed.png")
-        raise AssertionError(f"{what} did not come; see {self.folder}/failed.png")
+        self.keep(SHOTS[1])
+        raise AssertionError(f"{what} did not come; see {self.folder}/{SHOTS[1]}")
 
     # Hands.
 

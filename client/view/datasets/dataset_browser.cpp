@@ -83,7 +83,8 @@ std::optional<DatasetBrowser::Choice> DatasetBrowser::draw(const PictureArea& ar
         ImGui::OpenPopup("datasets");
     }
     const ImVec2 display = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos({area.width / 2.0F, display.y / 2.0F}, ImGuiCond_Always, {0.5F, 0.5F});
+    ImGui::SetNextWindowPos({area.left + area.width / 2.0F, display.y / 2.0F}, ImGuiCond_Always,
+                            {0.5F, 0.5F});
     ImGui::SetNextWindowSize({std::min(browserWidth * area.scale, area.width - 10.0F),
                               std::min(browserHeight * area.scale, display.y - 20.0F)});
     ImGui::SetNextWindowBgAlpha(1.0F);
@@ -122,7 +123,7 @@ void DatasetBrowser::drawList(float scale) {
            pictureWidth * scale);
     column("name", ImGuiTableColumnFlags_WidthStretch | ImGuiTableColumnFlags_DefaultSort, 3.0F);
     column("kind", fixed, 70.0F * scale);
-    column("steps", fixed, 60.0F * scale);
+    column("steps", fixed, 75.0F * scale);
     column("size", fixed, 95.0F * scale);
     column("title", ImGuiTableColumnFlags_WidthStretch, 2.0F);
     ImGui::TableSetupScrollFreeze(0, 1);
@@ -185,7 +186,8 @@ void DatasetBrowser::drawRow(int row, float height) {
     };
     cell(entry.name());
     cell(entry.kind());
-    cell(entry.steps() > 0 ? fmt::format("{}", entry.steps()) : "");
+    const char* more = entry.live() ? ", live" : "";
+    cell(entry.steps() > 0 ? fmt::format("{}{}", entry.steps(), more) : "");
     cell(entry.particles() > 0 ? metric(static_cast<double>(entry.particles()), "particles") : "");
     cell(entry.title());
     ImGui::PopID();

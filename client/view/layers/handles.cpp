@@ -53,10 +53,6 @@ glm::dvec3 middleOf(const proto::ClipPlane& plane, const Bounds& bounds) {
     return bounds.center() + normal * ((plane.distance() - glm::dot(normal, bounds.center())) / squared);
 }
 
-ImVec2 screenOf(glm::dvec2 at) {
-    return {static_cast<float>(at.x), static_cast<float>(at.y)};
-}
-
 glm::dvec3 onRing(const glm::dvec3& center, int axis, double radius, double angle) {
     return center + radius * (std::cos(angle) * axisVector((axis + 1) % 3) +
                               std::sin(angle) * axisVector((axis + 2) % 3));
@@ -68,7 +64,8 @@ glm::dvec3 onRing(const glm::dvec3& center, int axis, double radius, double angl
 struct Handles::Picture {
     Camera camera;
     double width, height, scale;
-    Bounds bounds;  // layer space
+    glm::dvec2 corner;  // its upper left one, on the screen
+    Bounds bounds;      // layer space
 
     double aspect() const { return width / height; }
     /// Beyond all pictures what is not before the eye.
@@ -113,6 +110,10 @@ struct Handles::Picture {
         const auto one = at(from), other = at(to);
         if (std::isfinite(one.x) && std::isfinite(other.x))
             ImGui::GetBackgroundDrawList()->AddLine(screenOf(one), screenOf(other), color, width * unit());
+    }
+    ImVec2 screenOf(glm::dvec2 place) const {
+        const auto shifted = corner + place;
+        return {static_cast<float>(shifted.x), static_cast<float>(shifted.y)};
     }
     float unit() const { return static_cast<float>(scale); }
     void dot(glm::dvec2 place, ImU32 color, bool square = false) const {
@@ -342,9 +343,11 @@ bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
         return false;
     }
     const auto& io = ImGui::GetIO();
-    const glm::dvec2 mouse(io.MousePos.x, io.MousePos.y);
+    // Within the picture, as all that follows but what is drawn.
+    const glm::dvec2 mouse(io.MousePos.x - area.left, io.MousePos.y - area.top);
     const double width = area.width, height = area.height;
-    const Picture picture{model.camera(width / height), width, height, area.scale, *bounds};
+    const Picture picture{model.camera(width / height), width,  height, area.scale,
+                          {area.left, area.top},        *bounds};
     // Let go, it is where the mouse was last.
     if (held_ && mouse != held_->from) changed |= pull(model, picture, mouse);
     std::vector<Handle> handles;
@@ -359,7 +362,7 @@ bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
     const auto nearest = std::ranges::min_element(handles, {}, away);
     if (io.WantCaptureMouse || nearest == handles.end() || !(away(*nearest) < handReach * area.scale))
         return false;
-    ImGui::GetBackgroundDrawList()->AddCircle(screenOf(nearest->at),
+    ImGui::GetBackgroundDrawList()->AddCircle(picture.screenOf(nearest->at),
                                               static_cast<float>(handleRadius + 3.0) * area.scale,
                                               IM_COL32_WHITE, 0, 2.0F * area.scale);
     if (!ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return false;

@@ -194,10 +194,6 @@ constexpr const char* noColumns =
     "This dataset was made without columns: make it again from its source (mote-prep particles) to have its "
     "numbers.";
 
-double aspectOf(const NumbersArea& area) {
-    return static_cast<double>(area.columns) / area.rows;
-}
-
 }  // namespace
 
 void NumbersEditor::drawPanel(ViewModel& model, const proto::Manifest& manifest, float scale,
@@ -216,16 +212,16 @@ void NumbersEditor::drawPanel(ViewModel& model, const proto::Manifest& manifest,
     drawPicked(panel);
 }
 
-void NumbersEditor::drawOver(ViewModel& model, const proto::Manifest* manifest, const NumbersArea& area,
-                             float scale, PanelActions& actions, bool moving) {
+void NumbersEditor::drawOver(ViewModel& model, const proto::Manifest* manifest, const PictureArea& area,
+                             PanelActions& actions, bool moving) {
     const bool particles = manifest != nullptr && model.kind() == proto::Layer::kParticles;
     const auto quantities = particles ? quantitiesOf(manifest->particles()) : std::vector<Quantity>();
     ids_ = particles && manifest->particles().ids();
     if (!particles) controls_.tool.setKind(PictureTool::Kind::none);
     const bool histogram = controls_.histogramShown && quantities.size() >= 2;
     if (histogram) {
-        const NumbersPanel panel{model.numbers, controls_,    data_, manifest->particles(),
-                                 quantities,    model.step(), scale, actions};
+        const NumbersPanel panel{model.numbers, controls_,    data_,      manifest->particles(),
+                                 quantities,    model.step(), area.scale, actions};
         const auto polygon = window_.draw(panel, area.width, area.height);
         const auto& columns = controls_.histogram.columns;
         if (!polygon.empty())
@@ -254,10 +250,10 @@ void NumbersEditor::ask(const ViewModel& model, bool histogram, bool whole, bool
     data_.want(wanted);
 }
 
-bool NumbersEditor::takeMouse(ViewModel& model, const NumbersArea& area, PanelActions& actions) {
+bool NumbersEditor::takeMouse(ViewModel& model, const PictureArea& area, PanelActions& actions) {
     if (model.kind() != proto::Layer::kParticles) return false;
     const ImGuiIO& io = ImGui::GetIO();
-    PictureTool::Mouse mouse{{io.MousePos.x / area.width, io.MousePos.y / area.height},
+    PictureTool::Mouse mouse{area.partAt(io.MousePos.x, io.MousePos.y),
                              {1.0 / area.width, 1.0 / area.height}};
     mouse.held = ImGui::IsMouseDown(ImGuiMouseButton_Left);
     mouse.pressed = ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.WantCaptureMouse;
@@ -268,7 +264,7 @@ bool NumbersEditor::takeMouse(ViewModel& model, const NumbersArea& area, PanelAc
     const auto done = controls_.tool.move(mouse);
     if (!done.lasso.empty()) {
         const auto view = model.view(area.columns, area.rows);
-        const double aspect = aspectOf(area);
+        const double aspect = area.aspect();
         takeGesture(model,
                     lassoOn(model.camera(aspect), aspect, model.layer(), model.layerToWorld(), done.lasso),
                     "lasso", actions);
@@ -293,7 +289,7 @@ void NumbersEditor::takeGesture(ViewModel& model, proto::Selection gesture, cons
     actions.viewChanged = true;
 }
 
-void NumbersEditor::drawTool(const NumbersArea& area) const {
+void NumbersEditor::drawTool(const PictureArea& area) const {
     const auto kind = controls_.tool.kind();
     if (kind == PictureTool::Kind::none) return;
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
@@ -301,14 +297,14 @@ void NumbersEditor::drawTool(const NumbersArea& area) const {
                            ? "Lasso: draw a line around particles (L or Esc ends)"
                            : "Pick: click on a point (P or Esc ends)";
     const ImVec2 size = ImGui::CalcTextSize(said);
-    const ImVec2 at{0.5F * (area.width - size.x), 14.0F};
+    const ImVec2 at{area.left + 0.5F * (area.width - size.x), area.top + 14.0F};
     draw.AddRectFilled({at.x - 12.0F, at.y - 6.0F}, {at.x + size.x + 12.0F, at.y + size.y + 6.0F},
                        IM_COL32(20, 24, 32, 220), 8.0F);
     draw.AddText(at, IM_COL32(235, 240, 250, 255), said);
     const auto& line = controls_.tool.line();
     for (const auto& place : line)
-        draw.PathLineTo(
-            {static_cast<float>(place.x) * area.width, static_cast<float>(place.y) * area.height});
+        draw.PathLineTo({area.left + static_cast<float>(place.x) * area.width,
+                         area.top + static_cast<float>(place.y) * area.height});
     draw.PathStroke(IM_COL32(255, 255, 255, 235), ImDrawFlags_Closed, 2.0F);
 }
 

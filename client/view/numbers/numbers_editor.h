@@ -17,6 +17,7 @@
 #include "client/view/numbers/numbers_model.h"
 #include "client/view/numbers/numbers_panel.h"
 #include "client/view/numbers/plot_frame.h"
+#include "client/view/over_picture.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/window.h"
 
@@ -48,12 +49,6 @@ class HistogramWindow {
 class ViewModel;
 struct ServerState;
 
-/// The picture on the screen, from its upper left corner on.
-struct NumbersArea {
-    float width, height;          // screen coordinates
-    std::uint32_t columns, rows;  // pixels of the view
-};
-
 class NumbersEditor {
   public:
     explicit NumbersEditor(const QueryLine& line) : data_(line) {}
@@ -61,10 +56,10 @@ class NumbersEditor {
     /// The tab's content. The view model's layer is of particles.
     void drawPanel(ViewModel& model, const proto::Manifest& manifest, float scale, PanelActions& actions);
     /// The windows over the picture and the tools' traces on it, and the questions that are due.
-    void drawOver(ViewModel& model, const proto::Manifest* manifest, const NumbersArea& area, float scale,
+    void drawOver(ViewModel& model, const proto::Manifest* manifest, const PictureArea& area,
                   PanelActions& actions, bool moving);
     /// True if the mouse is a tool's and not the camera's.
-    bool takeMouse(ViewModel& model, const NumbersArea& area, PanelActions& actions);
+    bool takeMouse(ViewModel& model, const PictureArea& area, PanelActions& actions);
 
     void forget() { data_.forget(); }
     PictureTool& tool() { return controls_.tool; }
@@ -74,7 +69,7 @@ class NumbersEditor {
   private:
     void takeGesture(ViewModel& model, proto::Selection gesture, const char* wish, PanelActions& actions);
     void ask(const ViewModel& model, bool histogram, bool whole, bool moving);
-    void drawTool(const NumbersArea& area) const;
+    void drawTool(const PictureArea& area) const;
 
     NumbersControls controls_;
     NumbersData data_;

@@ -12,8 +12,13 @@
 namespace mote::client {
 namespace {
 
+const proto::NamedSelection* findNamed(const NamedSelectionMessages& named, const std::string& name) {
+    const auto found = std::ranges::find_if(named, [&](const auto& each) { return each.name() == name; });
+    return found != named.end() ? &*found : nullptr;
+}
+
 bool isNamed(const NamedSelectionMessages& named, const std::string& name) {
-    return std::ranges::any_of(named, [&](const auto& each) { return each.name() == name; });
+    return findNamed(named, name) != nullptr;
 }
 
 ColorByControls controlsOf(const proto::Layer& layer) {
@@ -239,6 +244,73 @@ Status NumbersModel::remove(std::size_t index) {
 void NumbersModel::highlight(const std::string& name) {
     highlighted_ = name;
     shownByUser_ = true;
+}
+
+namespace {
+
+bool sameSelection(const proto::NamedSelection* one, const proto::NamedSelection& other) {
+    return one != nullptr && one->selection().SerializeAsString() == other.selection().SerializeAsString();
+}
+
+/// What a selection is called now that had this name: a list of as many, with one other name, renamed it.
+std::string nameNow(const std::string& name, const NamedSelectionMessages& before,
+                    const NamedSelectionMessages& now) {
+    if (isNamed(now, name) || before.size() != now.size()) return name;
+    for (int i = 0; i < before.size(); ++i) {
+        if (before[i].name() == name && !isNamed(before, now[i].name())) return now[i].name();
+    }
+    return name;
+}
+
+/// `mine` with what went and came between two lists.
+NamedSelectionMessages merged(NamedSelectionMessages mine, const NamedSelectionMessages& before,
+                              const NamedSelectionMessages& now) {
+    for (int i = mine.size(); i-- > 0;) {
+        const auto& name = mine[i].name();
+        if (isNamed(before, name) && !isNamed(now, name)) mine.DeleteSubrange(i, 1);
+    }
+    for (const auto& each : now) {
+        if (sameSelection(findNamed(before, each.name()), each)) continue;
+        const auto place =
+            std::ranges::find_if(mine, [&](const auto& known) { return known.name() == each.name(); });
+        (place != mine.end() ? *place : *mine.Add()) = each;
+    }
+    return mine;
+}
+
+}  // namespace
+
+bool operator==(const SelectionsShown& one, const SelectionsShown& other) {
+    const auto same = [](const auto& a, const auto& b) {
+        return a.SerializeAsString() == b.SerializeAsString();
+    };
+    return one.highlighted == other.highlighted && one.color == other.color && one.size == other.size &&
+           one.opacity == other.opacity && std::ranges::equal(one.named, other.named, same);
+}
+
+SelectionsShown NumbersModel::shown() const {
+    return {selections_, highlighted_, highlightColor, highlightSize, highlightOpacity};
+}
+
+bool NumbersModel::follow(const SelectionsShown& before, const SelectionsShown& now) {
+    const auto was = shown();
+    const auto wasChosen = chosen_ ? chosenSelection()->name() : std::string();
+    if (!accept(merged(selections_, before.named, now.named)).ok()) return false;
+    alone_ = nameNow(alone_, before.named, now.named);
+    if (!isNamed(selections_, alone_)) alone_.clear();
+    highlighted_ = nameNow(highlighted_, before.named, now.named);
+    if (now.highlighted != before.highlighted) highlighted_ = now.highlighted;
+    if (!isNamed(selections_, highlighted_)) highlighted_.clear();
+    if (now.color != before.color) highlightColor = now.color;
+    if (now.size != before.size) highlightSize = now.size;
+    if (now.opacity != before.opacity) highlightOpacity = now.opacity;
+    chosen_.reset();
+    for (int i = 0; i < selections_.size(); ++i) {
+        if (selections_[i].name() == wasChosen || !chosen_) chosen_ = static_cast<std::size_t>(i);
+    }
+    const bool changed = !(was == shown());
+    shownByUser_ |= changed;
+    return changed;
 }
 
 void NumbersModel::showAlone(const std::string& name) {

@@ -28,6 +28,15 @@ struct ColorByControls {
     std::string ofPixel;  ///< of a pixel's points "nearest" or "mean"; empty: by how opaque they are
 };
 
+/// The named selections, and which of them is highlighted, how: what views of one dataset have together.
+struct SelectionsShown {
+    NamedSelectionMessages named;
+    std::string highlighted;  ///< a name; empty: none
+    std::array<float, 3> color{};
+    float size = 0.0F, opacity = 1.0F;
+};
+bool operator==(const SelectionsShown& one, const SelectionsShown& other);
+
 class NumbersModel {
   public:
     /// Every default.
@@ -67,6 +76,11 @@ class NumbersModel {
     const std::string& alone() const { return alone_; }
     void highlight(const std::string& name);
     void showAlone(const std::string& name);
+
+    SelectionsShown shown() const;
+    /// Takes over what changed in another view of the dataset; what that leaves alone stays. False where
+    /// nothing changes, also because something else here needs a selection that went.
+    bool follow(const SelectionsShown& before, const SelectionsShown& now);
 
     std::array<float, 3> highlightColor{};  ///< sRGB-encoded
     float highlightSize = 0.0F;             ///< pixels; 0: the layer's

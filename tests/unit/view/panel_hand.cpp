@@ -100,19 +100,21 @@ PanelHand::~PanelHand() {
 }
 
 void PanelHand::describe(const proto::Manifest& manifest) {
-    server_.shown.emplace();
-    *server_.shown->mutable_manifest() = manifest;
+    auto shown = std::make_shared<proto::Description>();
+    *shown->mutable_manifest() = manifest;
+    server_.shown = std::move(shown);
 }
 
 void PanelHand::draw(ViewModel& model) {
     ImGui::NewFrame();
-    drawPanel(model, numbers_, handles_, server_, 1.0F);
+    drawPanel(model, numbers_, handles_, server_, {}, 1.0F);
     PanelActions more;
     bool pulled = false;
     handles_.draw(model, {width - panelWidth, height, 1.0F}, pulled);
     EXPECT_FALSE(pulled);  // the mouse is on the panel
     const auto* manifest = server_.shown ? &server_.shown->manifest() : nullptr;
-    numbers_.drawOver(model, manifest, {width - panelWidth, height, 1260, 1400}, 1.0F, more, false);
+    numbers_.drawOver(model, manifest, {width - panelWidth, height, 1.0F, 0.0F, 0.0F, 1260, 1400}, more,
+                      false);
     ImGui::Render();
 }
 
