@@ -126,11 +126,8 @@ void visitPart(std::optional<Part>& part, const std::optional<Part>& other, Fiel
     if (part && other) visitFields(*part, *other, visitor);
 }
 
-/// A device knows so many half-spaces; and what is drawn on the screen has no places that could be cut away.
+/// A device knows so many half-spaces.
 Status checkClips(const Layer& layer) {
-    if (layer.onScreen())
-        return invalid("clip", fmt::format("{} lies on the screen: there is nothing to be cut",
-                                           layer.image() ? "an image" : "a stippled picture"));
     const auto* const style = layer.hybrid();
     if (style == nullptr) return success();
     if (layer.clip->planes_size() + style->clip_planes_size() > mostClipPlanes) {

@@ -7,6 +7,7 @@
 
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/most_recent.h"
+#include "protocol/scene/space/picture_plane.h"
 #include "server/render/layers/stipple/surface_dots.h"
 #include "server/render/layers/stipple/tone.h"
 
@@ -71,11 +72,14 @@ Status checkDots(const View& view, const StippleStyle& style) {
                  fmt::format("asks for up to {:.0f} dots; a picture may have {:.0f}", dots, mostDots)};
 }
 
-void addDots(render::Scene& scene, const render::Dots& dots, double opacity) {
+void addDots(render::Scene& scene, const render::Dots& dots, const Layer& layer) {
     auto all = scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
-    const std::size_t before = all->size();
-    all->insert(all->end(), dots.begin(), dots.end());
-    for (std::size_t i = before; i < all->size(); ++i) (*all)[i].opacity *= static_cast<float>(opacity);
+    const auto clips = layer.onScreen() ? layer.clips() : HalfSpaces();
+    for (auto dot : dots) {
+        if (!inAll(clips, placeInPicture(dot.x, dot.y, scene.view.width, scene.view.height))) continue;
+        dot.opacity *= static_cast<float>(layer.opacity);
+        all->push_back(dot);
+    }
     scene.dots = std::move(all);
 }
 

@@ -66,7 +66,8 @@ class DrawnPhotographs {
 /// Whether a view may ask for so many dots on the plane. Errors: resourceExhausted.
 Status checkDots(const View& view, const StippleStyle& style);
 
-/// Puts dots of a layer of some opacity behind those that are in a scene.
-void addDots(render::Scene& scene, const render::Dots& dots, double opacity);
+/// Puts dots of a layer, with its opacity, behind those that are in a scene: of one on the screen those that
+/// its clips leave.
+void addDots(render::Scene& scene, const render::Dots& dots, const Layer& layer);
 
 }  // namespace mote::server

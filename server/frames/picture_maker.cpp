@@ -327,7 +327,7 @@ Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& v
     if (!*dots) return none;
     shown.layers.resize(index);  // what lies in front of a drawing does not fade in
     auto scene = sceneOf(besideDots(view, index), job, shown, history, why);
-    if (scene.ok() && *scene) addDots(**scene, **dots, layer.opacity);
+    if (scene.ok() && *scene) addDots(**scene, **dots, layer);
     return scene;
 }
 

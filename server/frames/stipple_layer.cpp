@@ -21,10 +21,10 @@ Result<LayerPart> photographOf(const StippleStyle& style, const LayerRequest& as
     const auto image = imageOf(style, asked.data);
     if (!image.ok()) return image.error();
     if (!*tiles || !*image) return LayerPart();
-    return LayerPart([tiles = *tiles, image = *image, &style, opacity = asked.layer.opacity,
+    return LayerPart([tiles = *tiles, image = *image, &style, &layer = asked.layer,
                       &drawn = asked.photographs,
                       effort = effortOf(asked.job.stage)](render::Scene& scene, std::size_t, const auto&) {
-        addDots(scene, *drawn.dots(tiles, image, scene.view, style, effort), opacity);
+        addDots(scene, *drawn.dots(tiles, image, scene.view, style, effort), layer);
         return DotHistory::Layer();
     });
 }
@@ -36,7 +36,7 @@ Result<LayerPart> surfaceOf(const LayerRequest& asked) {
     if (!*surface) return LayerPart();
     return LayerPart([surface = *surface, &layer = asked.layer, quick = asked.job.stage == Stage::quick](
                          render::Scene& scene, std::size_t, DotHistory::Layer history) {
-        addDots(scene, surfaceDots(scene.view, layer, surface, quick, history), layer.opacity);
+        addDots(scene, surfaceDots(scene.view, layer, surface, quick, history), layer);
         return history;
     });
 }

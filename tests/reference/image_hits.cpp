@@ -17,7 +17,9 @@ double common(double fromA, double toA, double fromB, double toB) {
 ImageHits::ImageHits(const View& view, const Layer& layer, const storage::ColorImage& image)
     : image_(image),
       width_(view.width),
+      height_(view.height),
       opacity_(layer.opacity),
+      clips_(layer.clips()),
       scale_(std::min(view.width / image.columns, view.height / image.rows)),
       left_((view.width - scale_ * image.columns) / 2.0),
       top_((view.height - scale_ * image.rows) / 2.0) {}
@@ -44,7 +46,10 @@ void ImageHits::addRow(std::uint32_t row, std::vector<Hit>& hits) const {
     const double down = common(row, row + 1.0, top_, top_ + scale_ * image_.rows);
     for (std::uint32_t column = 0; column < width_; ++column) {
         const double covered = down * common(column, column + 1.0, left_, left_ + scale_ * image_.columns);
-        if (!(covered * opacity_ > 0.0)) continue;
+        // The pixel's middle, the picture's longer side from -1 to 1.
+        const double unit = 2.0 / std::max(width_, height_);
+        const glm::dvec3 place((column + 0.5 - width_ / 2.0) * unit, (height_ / 2.0 - row - 0.5) * unit, 0.0);
+        if (!(covered * opacity_ > 0.0) || !inAll(clips_, place)) continue;
         hits.push_back({column, std::numeric_limits<double>::infinity(), covered * opacity_,
                         meanAround((column + 0.5 - left_) / scale_, (row + 0.5 - top_) / scale_)});
     }

@@ -25,8 +25,9 @@ class ImageHits {
     glm::dvec3 meanAround(double x, double y) const;
 
     const storage::ColorImage& image_;
-    std::uint32_t width_;
+    std::uint32_t width_, height_;
     double opacity_;
+    HalfSpaces clips_;
     double scale_;       // pixels of the view, a pixel of the image
     double left_, top_;  // of the image in the view, pixels
 };

@@ -74,6 +74,26 @@ TEST(ReferenceImages, ItKeepsItsShapeInTheMiddle) {
     expectLight(picture.at(0, 7), glm::dvec3(1.0));
 }
 
+TEST(ReferenceImages, AClipCutsInThePictureFromItsMiddle) {
+    auto scene = sceneOf(8, 4, 1.0,
+                         std::make_shared<storage::ColorImage>(storage::ColorImage{
+                             2, 1, 2.0, 1.0, {glm::vec3(0.25F, 0.5F, 0.0F), glm::vec3(0.25F, 0.5F, 0.0F)}}));
+    scene.view.layers = test::viewOf(
+                            "{'width': 8, 'height': 4, 'layers': [{'dataset': 'a/b', 'image': {}, "
+                            "'clipBox': {'min': [-0.5, 0, -1], 'max': [0.3, 1, 1]}}]}")
+                            .layers;
+    const glm::dvec3 own(0.25, 0.5, 0.0), white(1.0);
+    const auto picture = render(scene);
+    // The longer side goes from -1 to 1: x from the third pixel to the fifth, whose middle is at 1/8; the
+    // upper half.
+    expectLight(picture.at(4, 0), own);
+    expectLight(picture.at(4, 1), own);
+    expectLight(picture.at(4, 2), white);
+    expectLight(picture.at(2, 1), own);
+    expectLight(picture.at(1, 1), white);
+    expectLight(picture.at(6, 1), white);
+}
+
 TEST(ReferenceImages, ALaterOneLiesOverAnEarlier) {
     auto scene = sceneOf(4, 4, 1.0, imageOf("even", 0));
     scene.view.layers.push_back(scene.view.layers[0]);

@@ -86,12 +86,12 @@ void goOn(const DatasetName& data, proto::Layer& layer) {
     layer.mutable_towards()->set_share(anyShare(random));
 }
 
-/// Of some layers something is cut away. By numbers of their own, too.
-void cut(const DatasetName& data, proto::Layer& layer) {
+/// Of some layers something is cut away, which lie in `bounds`. By numbers of their own, too.
+void cut(const Bounds& bounds, std::uint64_t number, proto::Layer& layer) {
     constexpr double share = 0.3;
-    Random random(layer.ByteSizeLong(), 512 + data.number);
+    Random random(layer.ByteSizeLong(), 512 + number);
     if (!random.chance(share)) return;
-    auto clip = anyClip(random, ViewData::traits(data).bounds);
+    auto clip = anyClip(random, bounds);
     const auto& own = layer.hybrid();
     if (own.has_clip_box()) clip.clear_box();
     if (own.clip_planes_size() + clip.planes_size() > mostClipPlanes) clip.clear_planes();
@@ -120,7 +120,7 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
     fade(data, layer);
     showNumbers(data, layer);
     goOn(data, layer);
-    cut(data, layer);
+    cut(ViewData::traits(data).bounds, data.number, layer);
     return layer;
 }
 
@@ -161,6 +161,7 @@ void addImages(proto::View& view) {
         layer.set_dataset(ViewData::any(random, DataKind::image).toString());
         layer.mutable_image();
         if (random.chance(0.5)) layer.set_opacity(anyShare(random));
+        cut(plotBounds, 0, layer);
         const auto last = view.layers_size() - 1;
         view.mutable_layers()->SwapElements(
             last, static_cast<int>(random.below(static_cast<std::uint64_t>(last) + 1)));

@@ -103,13 +103,16 @@ TEST(LayerParts, PlanesAndBoxMayStandBesideTheClip) {
     const std::string plane = "{'normal': [0, 0, 2], 'distance': 1}",
                       box = "{'min': [0, 0, 0], 'max': [1, 2, 3]}";
     const auto inClip = "'clip': {'planes': [" + plane + "], 'box': " + box + "}";
-    for (const char* kind : {"particles", "hybrid", "mesh", "ink", "stipple"}) {
+    for (const char* kind : {"particles", "hybrid", "mesh", "ink", "stipple", "image"}) {
         const auto said = parseView(viewWith(kind, inClip)).value();
         for (const auto& beside : {"'clipPlanes': [" + plane + "], 'clipBox': " + box,
                                    "'clip': {'planes': [" + plane + "]}, 'clipBox': " + box,
                                    "'clip': {'box': " + box + "}, 'clipPlanes': [" + plane + "]"})
             EXPECT_EQ(parseView(viewWith(kind, beside)).value(), said) << kind << " " << beside;
     }
+    proto::View picture = viewWith("stipple", "'clip': {'planes': [" + plane + "]}");
+    picture.mutable_layers(0)->mutable_stipple()->set_image("a/c");
+    EXPECT_TRUE(parseView(picture).ok());
     const auto refused = [](const std::string& part, const std::string& where) {
         EXPECT_EQ(refusalOf(viewWith("mesh", part)).rfind("layers[0]." + where, 0), 0U)
             << refusalOf(viewWith("mesh", part));
@@ -126,13 +129,12 @@ TEST(LayerParts, PlanesAndBoxMayStandBesideTheClip) {
     refused("'clip': {'planes': [" + plane + "]}, 'clipPlanes': [" + many + "]", "clipPlanes: ");
 }
 
-TEST(LayerParts, AnImageHasNoPlaceAndNothingToCut) {
+TEST(LayerParts, AnImageHasNoPlace) {
     EXPECT_TRUE(parseView(viewWith("image", "'opacity': 0.5")).ok());
     const auto refused = [](const std::string& part, const std::string& where) {
         EXPECT_EQ(refusalOf(viewWith("image", part)).rfind("layers[0]." + where, 0), 0U)
             << refusalOf(viewWith("image", part));
     };
-    refused("'clip': {'box': {'min': [0, 0, 0], 'max': [1, 1, 1]}}", "clip");
     refused("'transform': [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]", "transform");
     refused("'select': {'ranges': [{'column': 'x', 'min': 0}]}", "select");
     refused("'colorBy': {'column': 'x'}", "colorBy");
@@ -149,9 +151,6 @@ TEST(LayerParts, WhatCannotBeCutIsRefused) {
     std::string seven = "{'normal': [1, 0, 0]}";
     for (int i = 0; i < 6; ++i) seven += ", {'normal': [1, 0, 0]}";
     refused("{'planes': [" + seven + "]}", "planes");
-    proto::View picture = viewWith("stipple", "'clip': {'planes': [{'normal': [1, 0, 0]}]}");
-    picture.mutable_layers(0)->mutable_stipple()->set_image("a/c");
-    EXPECT_EQ(refusalOf(picture).rfind("layers[0].clip", 0), 0U);
 }
 
 TEST(LayerParts, AreAbsentFromAViewWithoutThem) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/scene/space/picture_plane.h"
 #include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
@@ -62,11 +63,14 @@ class SideShares {
 class ImageFragments : public FragmentMaker {
   public:
     ImageFragments(std::shared_ptr<const storage::ColorImage> image, const FramePlan& plan, double scale,
-                   double opacity)
+                   const Layer& layer)
         : image_(std::move(image)),
+          width_(plan.width),
+          height_(plan.height),
           across_(plan.width, image_->columns, image_->width, scale),
           down_(plan.height, image_->rows, image_->height, scale),
-          opacity_(static_cast<float>(opacity)) {}
+          opacity_(static_cast<float>(layer.opacity)),
+          clips_(layer.clips()) {}
 
     void make(const PixelRect& pixels, Fragments& fragments) const override {
         std::uint32_t left = pixels.left, right = pixels.right;
@@ -97,7 +101,7 @@ class ImageFragments : public FragmentMaker {
     void addPixel(std::uint32_t column, std::uint32_t row, std::uint32_t left,
                   const std::vector<glm::vec3>& sums, Fragments& fragments) const {
         const float opacity = opacity_ * across_.covered(column) * down_.covered(row);
-        if (!(opacity > 0.0F)) return;
+        if (!(opacity > 0.0F) || !stays(column, row)) return;
         glm::vec3 color(0.0F);
         std::size_t x = across_.first(column) - across_.first(left);
         for (const float share : across_.of(column)) color += share * sums[x++];
@@ -105,9 +109,16 @@ class ImageFragments : public FragmentMaker {
             {.column = column, .row = row, .depth = behindAll, .opacity = opacity, .color = color});
     }
 
+    /// Whether nothing cuts off the middle of a pixel.
+    bool stays(std::uint32_t column, std::uint32_t row) const {
+        return clips_.empty() || inAll(clips_, placeInPicture(column + 0.5, row + 0.5, width_, height_));
+    }
+
     std::shared_ptr<const storage::ColorImage> image_;
+    std::uint32_t width_, height_;
     SideShares across_, down_;
     float opacity_;
+    HalfSpaces clips_;
 };
 
 }  // namespace
@@ -117,7 +128,7 @@ void lowerImage(const Layer& layer, std::shared_ptr<const storage::ColorImage> i
     // It needs no slabs, but a depth at which they would begin.
     out.addDots(1.0, 1.0);
     out.plan.surfaces.push_back(
-        std::make_shared<const ImageFragments>(std::move(image), out.plan, scale, layer.opacity));
+        std::make_shared<const ImageFragments>(std::move(image), out.plan, scale, layer));
 }
 
 }  // namespace mote::render
