@@ -11,6 +11,8 @@
 #include <array>
 #include <cerrno>
 #include <climits>
+#include <set>
+#include <utility>
 
 #include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
@@ -104,28 +106,41 @@ Result<fs::path> pathOf(const FileDescriptor& file, std::string_view name) {
     return fs::path(std::string(target.data(), static_cast<std::size_t>(length)));
 }
 
-Result<Roots::Entry> parseEntry(const std::string& text) {
+/// The name of "NAME=DIR".
+Result<std::string> nameIn(const std::string& text) {
     const auto equals = text.find('=');
-    const std::string name = text.substr(0, equals);
+    auto name = text.substr(0, equals);
     if (equals == std::string::npos || equals + 1 == text.size() || !isRootName(name)) {
         return invalid(text, "a root is NAME=DIR, its name of letters, digits, '_' and '-'");
     }
+    return name;
+}
+
+Result<Roots::Entry> parseEntry(const std::string& text) {
+    MOTE_ASSIGN_OR_RETURN(auto name, nameIn(text));
     std::error_code code;
-    const auto folder = fs::canonical(text.substr(equals + 1), code);
+    auto folder = fs::canonical(text.substr(name.size() + 1), code);
     if (code) return systemError(code.value(), text, "the root's folder cannot be opened");
     if (!fs::is_directory(folder, code)) return invalid(text, "the root is not a folder");
-    return Roots::Entry{name, folder};
+    return Roots::Entry{std::move(name), std::move(folder)};
 }
 
 }  // namespace
 
+Status Roots::check(const std::vector<std::string>& texts) {
+    std::set<std::string> names;
+    for (const auto& text : texts) {
+        MOTE_ASSIGN_OR_RETURN(auto name, nameIn(text));
+        if (!names.insert(std::move(name)).second) return invalid(text, "two roots have the same name");
+    }
+    return success();
+}
+
 Result<Roots> Roots::parse(const std::vector<std::string>& texts) {
+    MOTE_RETURN_IF_ERROR(check(texts));
     Roots roots;
     for (const auto& text : texts) {
         MOTE_ASSIGN_OR_RETURN(auto entry, parseEntry(text));
-        for (const auto& other : roots.entries_) {
-            if (other.name == entry.name) return invalid(text, "two roots have the same name");
-        }
         roots.entries_.push_back(std::move(entry));
     }
     return roots;

@@ -27,6 +27,9 @@ class Roots {
         std::filesystem::path folder;  ///< absolute, without symbolic links
     };
 
+    /// Checks the form and the names alone. Errors: invalidArgument.
+    static Status check(const std::vector<std::string>& texts);
+
     /// Reads "NAME=DIR" each. Errors: invalidArgument (form, a name twice), notFound or permissionDenied (the
     /// folder).
     static Result<Roots> parse(const std::vector<std::string>& texts);

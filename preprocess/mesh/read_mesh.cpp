@@ -52,7 +52,7 @@ Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& p
     }
     const auto parse = parserOf(bytes, meshEnding(path));
     if (parse == nullptr) {
-        return unsupported(name, "is no OBJ, PLY, STL or OFF file");
+        return unsupported(name, "is no OBJ, PLY, STL or OFF file; of a volume --isovalue makes a mesh");
     }
     MOTE_ASSIGN_OR_RETURN(auto parsed, parse(bytes, name));
     bytes = {};

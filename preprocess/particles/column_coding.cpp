@@ -115,6 +115,7 @@ ColumnCoding weightCodingOf(const std::vector<double>& sample, double least, dou
 
 double resolutionOf(const ColumnCoding& coding, double greatestStored) {
     const double most = std::abs(coding.offset) + greatestStored;
+    if (most == 0.0) return 0.0;  // all are 0
     const double ofDoubles = std::nextafter(most, std::numeric_limits<double>::infinity()) - most;
     if (coding.doubles || greatestStored == 0.0) return std::isfinite(ofDoubles) ? ofDoubles : 0.0;
     const double step = std::max(stepAt(greatestStored), ofDoubles);

@@ -253,6 +253,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> jsonType
 /// "invalid value X for type T", as people say it.
 std::string wrongValue(std::string_view text) {
     constexpr std::string_view begin = "invalid value ", middle = " for type ", set = "Cannot set '";
+    if (text.starts_with("Root element must be a message")) return "a group in braces {} must stand here";
     if (const auto at = text.find(set); at != std::string_view::npos) {
         const auto name = text.substr(at + set.size());
         return fmt::format("it has another kind already, and cannot be \"{}\" too",
@@ -284,7 +285,9 @@ std::string withPath(std::string_view text) {
                            rest.substr(0, rest.size() - unknown.size()));
     const auto colon = rest.find(": ");
     if (colon == std::string_view::npos) return path + std::string(rest);
-    return fmt::format("{}{}: {}", path, rest.substr(0, colon), wrongValue(rest.substr(colon + 2)));
+    const auto place = path.append(rest.substr(0, colon));
+    const auto what = wrongValue(rest.substr(colon + 2));
+    return place.empty() ? what : fmt::format("{}: {}", place, what);
 }
 
 /// Finds where a text is no JSON, and what is missing there.

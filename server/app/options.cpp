@@ -136,6 +136,10 @@ ConfigValue given(const ServerOption& option, const Words& words,
 
 /// What rows of the table do not say.
 Status checkTogether(const ServerSettings& settings) {
+    if (const auto roots = storage::Roots::check(settings.roots); !roots.ok()) {
+        const auto& error = roots.error();
+        return Error{error.code, "--root", fmt::format("\"{}\": {}", error.where, error.message)};
+    }
     MOTE_RETURN_IF_ERROR(dataMemory(settings.memory), "--memory");
     if (settings.runner == "local" && settings.jobRanks > 1)
         return Error{ErrorCode::invalidArgument, "--job-ranks", "needs --runner mpi or slurm"};

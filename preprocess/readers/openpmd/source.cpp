@@ -59,6 +59,7 @@ class OpenpmdSource : public SeriesSource {
     std::vector<OpenpmdPlace> places_;
     bool found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
+    bool anyWithout_ = false;  ///< some iteration holds no such particles
     std::vector<SourceRecord> records_;  ///< of all steps with particles
     double mass_ = 0.0, particleCharge_ = 0.0;
     std::string species_;
@@ -98,7 +99,7 @@ Status OpenpmdSource::addIteration(const H5File& file, OpenpmdPlace place, const
                               OpenpmdSpecies::open(file, *chosen, iteration.path, wantedMass_));
         addSpecies(species, step);
     } else {
-        noteOnce("some iterations hold no such particles; they are empty steps");
+        anyWithout_ = true;
     }
     steps_.push_back(std::move(step));
     place.iteration = iteration.path;
@@ -186,6 +187,7 @@ Status OpenpmdSource::finish() {
         return notFound(steps_.empty() ? "" : steps_.front().file,
                         "no iteration holds particles (a group with the record 'position' or 'momentum')");
     }
+    if (anyWithout_) noteOnce("some iterations hold no such particles; they are empty steps");
     sortByIteration(places_);
     for (std::size_t i = 1; i < steps_.size(); ++i) {
         if (steps_[i].iteration != steps_[i - 1].iteration) continue;

@@ -58,7 +58,7 @@ TEST(Options, HelpIsSuccessAndWrongUsageIsTwo) {
           with({"--threads", "-1"}), with({"--threads", "4097"}), with({"--threads", "3x"}),
           with({"--threads", "1", "--threads", "2"}), with({"--memory", "8X"}),
           with({"--listen", "tcp:127.0.0.1"}), with({"--listen", "pigeon"}), with({"--device", "gpu"}),
-          with({"--config", "/absent.toml"})}) {
+          with({"--root", "bad"}), with({"--root", "data=/other"}), with({"--config", "/absent.toml"})}) {
         const auto parsed = parse(words);
         ASSERT_TRUE(std::holds_alternative<int>(parsed)) << testing::PrintToString(words);
         EXPECT_EQ(std::get<int>(parsed), 2);

@@ -112,6 +112,7 @@ TEST(Json, WhatAFieldTakesIsToldInPlainWords) {
     EXPECT_EQ(complaintAbout(R"({"views": [{"layers": [{"dataset": 5}]}]})"),
               "views[0].layers[0].dataset: 5 is not a text in quotes");
     EXPECT_EQ(complaintAbout(R"({"views": 3})"), "views: 3 is not a group in braces {}");
+    EXPECT_EQ(complaintAbout("[1]"), "a group in braces {} must stand here");
     EXPECT_EQ(complaintAbout(R"({"views": [{"layers": [{"mesh": {}, "ink": {}}]}]})"),
               "views[0].layers[0]: it has another kind already, and cannot be \"ink\" too");
     EXPECT_EQ(complaintAbout(R"({"views": [{"widht": 3}]})"), "views[0].widht: there is no such field");
