@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/shared/decode.h"
 
-extern "C" {
-#include <libavcodec/avcodec.h>
-}
-
 #include <fmt/format.h>
 #include <turbojpeg.h>
 #include <zstd.h>
@@ -12,6 +8,7 @@ extern "C" {
 #include <memory>
 
 #include "protocol/scene/view.h"
+#include "protocol/wire/av_owners.h"
 #include "protocol/wire/row_filter.h"
 #include "protocol/wire/ycc.h"
 
@@ -114,16 +111,6 @@ Result<FramePixels> FrameDecoder::decode(const proto::Frame& message, std::span<
 
 namespace {
 
-struct FreeContext {
-    void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
-};
-struct FreeFrame {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreePacket {
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
-
 Error outOfMemory() {
     return {ErrorCode::resourceExhausted, "frame", "there is not enough memory to decode the picture"};
 }
@@ -136,9 +123,9 @@ bool isWhole(const AVFrame& frame) {
 }  // namespace
 
 struct H264Decoder::Stream {
-    std::unique_ptr<AVCodecContext, FreeContext> context;
-    std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
-    std::unique_ptr<AVPacket, FreePacket> packet{av_packet_alloc()};
+    wire::CodecOwner context;
+    wire::FrameOwner frame{av_frame_alloc()};
+    wire::PacketOwner packet{av_packet_alloc()};
 
     Status open(std::uint32_t width, std::uint32_t height) {
         av_log_set_level(AV_LOG_QUIET);  // damage is told by an Error

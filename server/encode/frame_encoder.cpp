@@ -2,7 +2,6 @@
 #include "server/encode/frame_encoder.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavutil/opt.h>
 }
 
@@ -10,6 +9,7 @@ extern "C" {
 #include <cstring>
 
 #include "protocol/scene/mote_check.h"
+#include "protocol/wire/av_owners.h"
 #include "protocol/wire/row_filter.h"
 #include "protocol/wire/ycc.h"
 #include "server/encode/encode.h"
@@ -21,16 +21,6 @@ namespace {
 constexpr int nominalRate = 30;
 constexpr std::size_t mostFrameBytes = std::size_t{8} << 20;  // the rate must fit into an int
 constexpr const char* crf = "18";  // if the link allows more than that, the picture is good enough
-
-struct FreeContext {
-    void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
-};
-struct FreeFrame {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreePacket {
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
 
 int evenSide(std::uint32_t side) {
     return static_cast<int>(side + side % 2);
@@ -77,9 +67,9 @@ constexpr double toStay = 1.1;
 
 struct H264Encoder::Stream {
     std::uint32_t width = 0, height = 0;
-    std::unique_ptr<AVCodecContext, FreeContext> context;
-    std::unique_ptr<AVFrame, FreeFrame> frame;
-    std::unique_ptr<AVPacket, FreePacket> packet;
+    wire::CodecOwner context;
+    wire::FrameOwner frame;
+    wire::PacketOwner packet;
     bool fresh = true;
 
     Status open(std::uint32_t pictureWidth, std::uint32_t pictureHeight, std::size_t mostBytes) {

@@ -7,7 +7,6 @@
 #pragma once
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 }
 
@@ -17,21 +16,13 @@ extern "C" {
 
 #include "client/frames/video/video_settings.h"
 #include "protocol/scene/error.h"
+#include "protocol/wire/av_owners.h"
 
 namespace mote::client {
 
-// Owners of what libavformat and libavcodec allocate, and their error numbers as ours. For the sources of
-// this folder; plain functions, any thread.
+// The owner of what libavformat allocates, and its error numbers as ours. For the sources of this folder;
+// plain functions, any thread.
 
-struct FreeCodec {
-    void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
-};
-struct FreeFrame {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreePacket {
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
 /// With the file that it writes, whose own errors come too late to be told here.
 struct FreeOutput {
     void operator()(AVFormatContext* context) const {
@@ -40,9 +31,9 @@ struct FreeOutput {
     }
 };
 
-using CodecOwner = std::unique_ptr<AVCodecContext, FreeCodec>;
-using FrameOwner = std::unique_ptr<AVFrame, FreeFrame>;
-using PacketOwner = std::unique_ptr<AVPacket, FreePacket>;
+using wire::CodecOwner;
+using wire::FrameOwner;
+using wire::PacketOwner;
 using OutputOwner = std::unique_ptr<AVFormatContext, FreeOutput>;
 
 /// A negative code of libav about the film `where`: errno's own errors, or internal with libav's words.
