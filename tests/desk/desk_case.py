@@ -2,9 +2,7 @@
 """What the tests of the desk share: datasets, a server, and a viewer with the beam in it."""
 import functools
 import json
-import pathlib
 import subprocess
-import tempfile
 import unittest
 
 import numpy
@@ -17,7 +15,7 @@ PANEL = 940  # the panel's left edge in a window of 1280
 @functools.cache
 def data():
     """A beam of six steps and its run, a plot of other axes, a volume, a surface; made once."""
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-data-"))
+    folder = hand.new_folder()
     prep = lambda *arguments: subprocess.run([hand.BIN / "mote-prep", *map(str, arguments)], check=True,
                                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     prep("synth", "beam", "--particles", 20000, "--steps", 6, "--seed", 1, "--out", folder / "run.h5")
@@ -48,7 +46,7 @@ class DeskCase(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-server-"))
+        cls.folder = hand.new_folder()
         cls.server = hand.Server(cls.folder, data())
 
     @classmethod

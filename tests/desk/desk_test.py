@@ -7,7 +7,6 @@ import pathlib
 import random
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
@@ -622,7 +621,7 @@ class Desk(DeskCase):
     # The line.
 
     def test_61_a_server_that_ends_is_said_and_waited_for(self):
-        folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-server-"))
+        folder = hand.new_folder()
         server = hand.Server(folder, data())
         viewer = hand.Viewer(["--connect", server.connection])
         self.addCleanup(viewer.close)

@@ -105,7 +105,7 @@ def shown(folder, root, size=(1280, 720)):
 
 def part_file(folder):
     path = run_of(PARTICLES["file"], folder)
-    state = tempfile.mkdtemp()
+    state = hand.new_folder()
     print(f"mote-view run.h5, {PARTICLES['file']:,} particles, to a useful picture: {until_useful([path], state=state):.2f} s")
     print(f"again, prepared: {until_useful([path], state=state):.2f} s")
 
@@ -205,10 +205,10 @@ if __name__ == "__main__":
     for part in sys.argv[1:]:
         for old in HUD.iterdir():
             old.unlink()
-        folder = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-measure-"))
+        folder = hand.new_folder()
         try:
             globals()["part_" + part](folder)
         finally:
             while OPEN:
                 OPEN.pop().close()
-            shutil.rmtree(folder)
+    shutil.rmtree(HUD)
