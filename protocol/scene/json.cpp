@@ -57,15 +57,55 @@ bool holdsSelections(const Descriptor* type) {
     return types.contains(type);
 }
 
+/// A piece of a text that is JSON, or may be none.
+struct JsonPiece {
+    char kind;       ///< a mark itself: { } [ ] : or ,; of a text in quotes of either form ", of a word or
+                     ///< number w; 0: the text ends
+    std::size_t at;  ///< where it begins
+    std::string_view text;  ///< as it stands
+    bool ended = true;      ///< not of a text whose second quote is missing
+
+    /// Of a text in quotes.
+    std::string_view inside() const { return text.substr(1, text.size() - (ended ? 2 : 1)); }
+};
+
+/// Cuts a text into pieces, as protobuf does: names may do without quotes.
+class JsonPieces {
+  public:
+    explicit JsonPieces(std::string_view text) : text_(text) {}
+
+    JsonPiece next() {
+        const auto begin = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size());
+        at_ = begin;
+        if (begin == text_.size()) return {0, begin, {}};
+        const char first = text_[begin];
+        if (first == '"' || first == '\'') return quoted(begin);
+        const auto end = std::min(text_.find_first_of(" \t\r\n,:{}[]\"'", begin), text_.size());
+        at_ = std::max(end, begin + 1);
+        return {end > begin ? 'w' : first, begin, text_.substr(begin, at_ - begin)};
+    }
+
+  private:
+    JsonPiece quoted(std::size_t begin) {
+        const char quote = text_[begin];
+        std::size_t end = begin + 1;
+        while (end < text_.size() && text_[end] != quote) end += text_[end] == '\\' ? 2 : 1;
+        at_ = std::min(end + 1, text_.size());
+        return {'"', begin, text_.substr(begin, at_ - begin), end < text_.size()};
+    }
+
+    std::string_view text_;
+    std::size_t at_ = 0;
+};
+
 /// Goes through a text that protobuf has read without an error, beside the message that came of it. As
 /// lenient as protobuf: single quotes, names without quotes, commas at the end, lists within lists, which it
 /// flattens.
 class Walk {
   public:
-    explicit Walk(std::string_view text) : text_(text) {}
+    explicit Walk(std::string_view text) : pieces_(withoutMark(text)), here_(pieces_.next()) {}
 
     Status all(Message& message) {
-        skip("\xEF\xBB\xBF");
         value({&message, nullptr}, 0);
         if (followed_) return success();
         return Error{ErrorCode::unsupported, "", "is JSON whose lists cannot be told from absent ones"};
@@ -81,46 +121,46 @@ class Walk {
         const FieldDescriptor* field;
     };
 
-    bool ended() const { return at_ >= text_.size(); }
-    char here() const { return ended() ? '\0' : text_[at_]; }
-    void skip(std::string_view some) {
-        while (!ended() && some.find(text_[at_]) != std::string_view::npos) ++at_;
+    /// Without the mark of UTF-8.
+    static std::string_view withoutMark(std::string_view text) {
+        return text.substr(std::min(text.find_first_not_of("\xEF\xBB\xBF"), text.size()));
+    }
+
+    JsonPiece take() { return std::exchange(here_, pieces_.next()); }
+    void skip(char kind) {
+        while (here_.kind == kind) take();
     }
 
     void value(const Place& place, int depth) {
-        skip(blank);
-        if (depth > deepest || ended()) {
+        if (depth > deepest || here_.kind == 0) {
             followed_ = false;
-            at_ = text_.size();
-        } else if (here() == '{') {
+            here_ = {0, 0, {}};
+            pieces_ = JsonPieces({});
+        } else if (here_.kind == '{') {
             object(messageAt(place), depth);
-        } else if (here() == '[') {
+        } else if (here_.kind == '[') {
             list(place, depth);
-        } else if (here() == '"' || here() == '\'') {
-            quoted();
-        } else if (word().empty()) {
-            ++at_;
+        } else {
+            take();
         }
     }
 
     void list(const Place& place, int depth) {
-        ++at_;
-        for (skip(between); !ended() && here() != ']'; skip(between)) value(place, depth + 1);
-        ++at_;
+        take();
+        for (skip(','); here_.kind != 0 && here_.kind != ']'; skip(',')) value(place, depth + 1);
+        take();
     }
 
     void object(Message* message, int depth) {
-        ++at_;
-        for (skip(between); !ended() && here() != '}'; skip(between)) {
-            const auto begin = at_;
+        take();
+        for (skip(','); here_.kind != 0 && here_.kind != '}'; skip(',')) {
             const auto* const field = fieldCalled(message, name());
-            skip(colon);
-            const bool isList = here() == '[';
+            skip(':');
+            const bool isList = here_.kind == '[';
             value({field == nullptr ? nullptr : message, field}, depth + 1);
             if (isList && field != nullptr) tell(*message, *field);
-            if (at_ == begin) ++at_;
         }
-        ++at_;
+        take();
     }
 
     static void tell(Message& message, const FieldDescriptor& field) {
@@ -159,36 +199,21 @@ class Walk {
         return nullptr;
     }
 
+    /// Nothing where none stands.
     std::string name() {
-        if (here() != '"' && here() != '\'') return std::string(word());
-        const auto text = quoted();
-        if (text.find('\\') == std::string_view::npos) return std::string(text.substr(1, text.size() - 2));
+        if (here_.kind == 'w') return std::string(take().text);
+        if (here_.kind != '"') return {};
+        const auto piece = take();
+        if (piece.text.find('\\') == std::string_view::npos) return std::string(piece.inside());
         google::protobuf::Value decoded;
-        const auto status = google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &decoded);
+        const auto status =
+            google::protobuf::util::JsonStringToMessage({piece.text.data(), piece.text.size()}, &decoded);
         followed_ = followed_ && status.ok();
         return decoded.string_value();
     }
 
-    /// With its quotes.
-    std::string_view quoted() {
-        const auto begin = at_;
-        const char quote = text_[at_++];
-        while (!ended() && here() != quote) at_ += here() == '\\' ? 2 : 1;
-        at_ = std::min(at_ + 1, text_.size());
-        return text_.substr(begin, at_ - begin);
-    }
-
-    std::string_view word() {
-        const auto begin = at_;
-        at_ = std::min(text_.find_first_of(marks, at_), text_.size());
-        return text_.substr(begin, at_ - begin);
-    }
-
-    static constexpr std::string_view blank = " \t\r\n", between = " \t\r\n,", colon = " \t\r\n:";
-    static constexpr std::string_view marks = " \t\r\n,:{}[]\"'";
-
-    const std::string_view text_;
-    std::size_t at_ = 0;
+    JsonPieces pieces_;
+    JsonPiece here_;  // not taken yet
     bool followed_ = true;
     std::map<std::pair<const Message*, const FieldDescriptor*>, int> seen_;  // of repeated fields
 };
@@ -297,96 +322,76 @@ class JsonFault {
 
     /// A sentence; or nothing: each piece stands where it may.
     std::optional<std::string> find() {
+        JsonPieces pieces(text_);
         std::string_view wanted = value;
-        while (skipBlank(), at_ < text_.size() || !(wanted.empty() && open_.empty())) {
-            if (wanted.empty() && open_.empty()) return told("nothing more may stand");
-            if (at_ >= text_.size()) return told(wanted.empty() ? closing() : wanted);
-            const char c = text_[at_];
-            if (wanted.empty() ? !after(c, wanted) : !piece(c, wanted))
-                return told(wanted.empty() ? closing() : wanted);
+        while (true) {
+            const JsonPiece piece = pieces.next();
+            const bool done = wanted.empty() && open_.empty();
+            if (piece.kind == 0 && done) return std::nullopt;
+            if (done) return told(piece, "nothing more may stand");
+            if (!(wanted.empty() ? follows(piece.kind, wanted) : stands(piece, wanted)))
+                return told(piece, wanted.empty() ? closing() : wanted);
         }
-        return std::nullopt;
     }
 
   private:
     static constexpr std::string_view value = "a value is missing", name = "a name in quotes is missing",
                                       colon = "a colon is missing", mark = "a text begins that does not end";
 
+    bool closes(char kind) const { return !open_.empty() && kind == (open_.back() == '{' ? '}' : ']'); }
+
     /// Behind a value.
-    bool after(char c, std::string_view& wanted) {
-        if (c == ',') {
-            wanted = open_.back() == '{' ? name : value;
-        } else if (c == (open_.back() == '{' ? '}' : ']')) {
+    bool follows(char kind, std::string_view& wanted) {
+        if (closes(kind)) {
             open_.pop_back();
-        } else {
-            return false;
+            return true;
         }
-        ++at_;
-        return true;
+        if (kind == ',') wanted = open_.back() == '{' ? name : value;
+        return kind == ',';
     }
-    bool piece(char c, std::string_view& wanted) {
-        if (!open_.empty() && c == (open_.back() == '{' ? '}' : ']') && wanted != colon) {
+    bool stands(const JsonPiece& piece, std::string_view& wanted) {
+        if (wanted == colon) {
+            if (piece.kind == ':') wanted = value;
+            return piece.kind == ':';
+        }
+        if (closes(piece.kind)) {
             if (wanted == value && open_.back() == '{') return false;
             open_.pop_back();
             wanted = {};
-        } else if (wanted == colon) {
-            if (c != ':') return false;
-            wanted = value;
-        } else if (c == '"' || c == '\'') {
-            if (!pass(c, wanted)) return false;
-            wanted = wanted == name ? colon : std::string_view();
             return true;
-        } else if (wanted == value && (c == '{' || c == '[')) {
-            open_ += c;
-            wanted = c == '{' ? name : value;
-        } else {
-            return pass(wanted);
         }
-        ++at_;
-        return true;
-    }
-    /// A text in quotes.
-    bool pass(char quote, std::string_view& wanted) {
-        const auto begin = at_;
-        for (++at_; at_ < text_.size() && text_[at_] != quote; ++at_) at_ += text_[at_] == '\\' ? 1 : 0;
-        if (at_ >= text_.size()) {
-            at_ = begin;
-            wanted = mark;
+        if (wanted == value && (piece.kind == '{' || piece.kind == '[')) {
+            open_ += piece.kind;
+            wanted = piece.kind == '{' ? name : value;
+            return true;
+        }
+        if (!piece.ended) wanted = mark;
+        if (!piece.ended ||
+            (piece.kind != '"' && !(piece.kind == 'w' && (wanted == name || isValue(piece.text)))))
             return false;
-        }
-        ++at_;
-        return true;
-    }
-    /// A number, a word, or a name without quotes.
-    bool pass(std::string_view& wanted) {
-        const auto end = std::min(text_.find_first_of(" \t\r\n,:{}[]\"'", at_), text_.size());
-        const auto word = text_.substr(at_, end - at_);
-        const bool number = word.find_first_not_of("+-.0123456789eE") == std::string_view::npos;
-        const bool known = number || word == "true" || word == "false" || word == "null";
-        if (word.empty() || (wanted == value && !known)) return false;
-        at_ = end;
         wanted = wanted == name ? colon : std::string_view();
         return true;
     }
-    void skipBlank() { at_ = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size()); }
+    static bool isValue(std::string_view word) {
+        const bool number = word.find_first_not_of("+-.0123456789eE") == std::string_view::npos;
+        return number || word == "true" || word == "false" || word == "null";
+    }
     std::string_view closing() const {
         return open_.back() == '{' ? "a comma or } is missing" : "a comma or ] is missing";
     }
-    std::string told(std::string_view missing) const {
-        const auto before = text_.substr(0, at_);
+    std::string told(const JsonPiece& piece, std::string_view missing) const {
+        const auto before = text_.substr(0, piece.at);
         const auto line = std::count(before.begin(), before.end(), '\n') + 1;
         const auto begin = before.rfind('\n') + 1;  // npos + 1 is 0
-        return fmt::format("line {}, column {}: {} here", line, at_ - begin + 1, missing);
+        return fmt::format("line {}, column {}: {} here", line, piece.at - begin + 1, missing);
     }
 
     std::string_view text_;
-    std::size_t at_ = 0;
     std::string open_;  // braces and brackets
 };
 
 /// Finds highlights that are a selection themselves, {"density": ...}, which stands for {"selection":
-/// {"density":
-/// ...}}: all their fields are a selection's. Of a text that may be no JSON.
+/// {"density": ...}}: all their fields are a selection's. Of a text that may be no JSON.
 class ShortHighlights {
   public:
     explicit ShortHighlights(std::string_view text) : text_(text) {
@@ -413,27 +418,22 @@ class ShortHighlights {
     };
 
     void find() {
+        JsonPieces pieces(text_);
         std::string_view last;  // word or text in quotes; a name if a colon follows
         std::string_view name;  // of what comes next
-        for (std::size_t at = 0; at < text_.size(); ++at) {
-            const char c = text_[at];
-            if (c == '"' || c == '\'') {
-                const auto begin = at + 1;
-                for (++at; at < text_.size() && text_[at] != c; ++at) at += text_[at] == '\\' ? 1 : 0;
-                last = text_.substr(begin, std::min(at, text_.size()) - begin);
-            } else if (c == ':') {
+        for (auto piece = pieces.next(); piece.kind != 0; piece = pieces.next()) {
+            if (piece.kind == '"' || piece.kind == 'w') {
+                last = piece.kind == 'w' ? piece.text : piece.inside();
+            } else if (piece.kind == ':') {
                 name = last;
                 if (!open_.empty()) add(name, open_.back());
-            } else if (c == '{' || c == '[') {
-                open_.push_back({at, c == '{' && name == "highlight"});
+            } else if (piece.kind == ',') {
                 name = {};
-            } else if (c == '}' || c == ']') {
-                if (!open_.empty()) close(at);
-            } else if (c == ',') {
+            } else if (piece.kind == '{' || piece.kind == '[') {
+                open_.push_back({piece.at, piece.kind == '{' && name == "highlight"});
                 name = {};
-            } else if (const auto end = text_.find_first_of(" \t\r\n,:{}[]\"'", at); end != at) {
-                last = text_.substr(at, end - at);
-                at = std::min(end, text_.size()) - 1;
+            } else if (!open_.empty()) {
+                close(piece.at);
             }
         }
     }
