@@ -7,8 +7,7 @@
 
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
-#include "protocol/scene/mix.h"
-#include "protocol/scene/write_fields.h"
+#include "protocol/scene/length_scale.h"
 
 namespace mote {
 namespace {
@@ -29,62 +28,31 @@ Status checkTitle(const std::string& title) {
 }
 
 /// How wide the picture would be printed, for letters to be as large as its view wants them.
-double printWidthOf(const Annotations& annotations, std::uint32_t width, std::uint32_t height, double scale) {
-    if (annotations.printWidth) return *annotations.printWidth;
-    const double times = lengthScale(height, scale, annotations.fontPoints.said());
+double printWidthOf(const proto::Annotations& annotations, std::uint32_t width, std::uint32_t height,
+                    double scale) {
+    if (annotations.has_print_width()) return annotations.print_width();
+    const double times = lengthScale(height, scale, annotations.has_font_points());
     return std::max(leastPrintWidth, width * inchInMillimeters / pixelsInInch / times);
 }
 
 }  // namespace
 
-double Annotations::fontPixels(std::uint32_t width, std::uint32_t height, double scale) const {
-    return fontPoints / inchInPoints * inchInMillimeters * width / printWidthOf(*this, width, height, scale);
+double fontPixels(const proto::Annotations& annotations, std::uint32_t width, std::uint32_t height,
+                  double scale) {
+    const double points = lengthOf(annotations, annotations.kFontPointsFieldNumber);
+    return points / inchInPoints * inchInMillimeters * width /
+           printWidthOf(annotations, width, height, scale);
 }
 
-Result<Annotations> parseAnnotations(const proto::Annotations& message) {
-    Annotations annotations;
-    annotations.axes = message.axes();
-    annotations.colorBar = message.color_bar();
-    annotations.scaleBar = message.scale_bar();
-    annotations.labels = message.labels();
+Status checkAnnotations(const proto::Annotations& message) {
     MOTE_RETURN_IF_ERROR(checkTitle(message.title()));
-    MOTE_RETURN_IF_ERROR(checkFields(message));
-    annotations.title = message.title();
-    annotations.fontPoints = lengthOf(message, message.kFontPointsFieldNumber);
-    if (message.has_print_width()) annotations.printWidth = message.print_width();
-    annotations.color = colorOf(message, message.kColorFieldNumber);
+    return checkFields(message);
+}
+
+proto::Annotations inPixels(proto::Annotations annotations, std::uint32_t width, std::uint32_t height,
+                            double scale) {
+    annotations.set_print_width(printWidthOf(annotations, width, height, scale));
     return annotations;
-}
-
-proto::Annotations toProto(const Annotations& annotations) {
-    proto::Annotations message;
-    message.set_axes(annotations.axes);
-    message.set_color_bar(annotations.colorBar);
-    message.set_scale_bar(annotations.scaleBar);
-    message.set_labels(annotations.labels);
-    message.set_title(annotations.title);
-    if (annotations.fontPoints.said()) message.set_font_points(annotations.fontPoints);
-    if (annotations.printWidth) message.set_print_width(*annotations.printWidth);
-    if (annotations.color) writeColor(*annotations.color, message.mutable_color());
-    return message;
-}
-
-Annotations inPixels(const Annotations& annotations, std::uint32_t width, std::uint32_t height,
-                     double scale) {
-    Annotations result = annotations;
-    result.printWidth = printWidthOf(annotations, width, height, scale);
-    return result;
-}
-
-std::optional<Annotations> mixAnnotations(const std::optional<Annotations>& from,
-                                          const std::optional<Annotations>& to, double share) {
-    if (!from || !to) return from;
-    Annotations result = *from;
-    result.fontPoints = mix(from->fontPoints, to->fontPoints, share);
-    if (from->printWidth && to->printWidth)
-        result.printWidth = mix(*from->printWidth, *to->printWidth, share);
-    if (from->color && to->color) result.color = mix(*from->color, *to->color, share);
-    return result;
 }
 
 }  // namespace mote

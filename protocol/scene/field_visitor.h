@@ -11,7 +11,6 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/length_scale.h"
 #include "protocol/scene/mix.h"
-#include "protocol/scene/particles_style.h"
 
 namespace mote {
 
@@ -41,12 +40,10 @@ class FieldVisitor {
 };
 
 /// Makes a valid style that of a layer's message, complete: parsing gives it again.
-void writeStyle(const ParticlesStyle& style, proto::Layer& layer);
-/// Of a kind whose style is its message, resolved (fields/visit_message.cpp).
 void writeStyle(const google::protobuf::Message& style, proto::Layer& layer);
 
 /// Shows all fields of a style beside those of another. What the visitor sets keeps the style valid.
-void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor);
+void visitFields(proto::ParticlesStyle& style, const proto::ParticlesStyle& other, FieldVisitor& visitor);
 void visitFields(proto::HybridStyle& style, const proto::HybridStyle& other, FieldVisitor& visitor);
 void visitFields(proto::InkStyle& style, const proto::InkStyle& other, FieldVisitor& visitor);
 void visitFields(google::protobuf::Message& style, const google::protobuf::Message& other,

@@ -40,7 +40,7 @@ Status checkWhat(const proto::FigureQuery& message) {
 Status checkFigureTitle(const std::string& title) {
     proto::Annotations annotations;
     annotations.set_title(title);
-    return parseAnnotations(annotations).ok() ? success() : Status(parseAnnotations(annotations).error());
+    return checkAnnotations(annotations);
 }
 
 }  // namespace

@@ -19,39 +19,37 @@
 
 namespace mote {
 
-Result<ColorBy> parseColorBy(const proto::ColorBy& said) {
-    ColorBy colorBy;
-    MOTE_ASSIGN_OR_RETURN(colorBy.column, checkColumnName(said.column(), "column"));
-    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(said));
-    if (!message.range().empty()) colorBy.range = ValueRange{message.range(0), message.range(1)};
-    if (colorBy.range && !(colorBy.range->low < colorBy.range->high))
+Result<proto::ColorBy> parseColorBy(proto::ColorBy message) {
+    MOTE_ASSIGN_OR_RETURN(*message.mutable_column(), checkColumnName(message.column(), "column"));
+    MOTE_ASSIGN_OR_RETURN(auto colorBy, resolved(std::move(message)));
+    const auto range = colorRangeOf(colorBy);
+    if (range && !(range->low < range->high))
         return invalid("range", "the second value must be the greater one");
-    colorBy.colorMap = ColorMap::find(message.color_map()).value();
-    if (message.of_pixel() == "nearest") colorBy.ofPixel = ColorBy::OfPixel::nearest;
-    if (message.of_pixel() == "mean") colorBy.ofPixel = ColorBy::OfPixel::mean;
     return colorBy;
 }
 
-proto::ColorBy toProto(const ColorBy& colorBy) {
-    proto::ColorBy message;
-    message.set_column(colorBy.column);
-    if (colorBy.range) {
-        message.add_range(colorBy.range->low);
-        message.add_range(colorBy.range->high);
-    }
-    message.set_color_map(std::string(colorBy.colorMap.name()));
-    if (colorBy.ofPixel)
-        message.set_of_pixel(*colorBy.ofPixel == ColorBy::OfPixel::mean ? "mean" : "nearest");
-    return message;
+std::optional<ValueRange> colorRangeOf(const proto::ColorBy& colorBy) {
+    if (colorBy.range().empty()) return std::nullopt;
+    return ValueRange{colorBy.range(0), colorBy.range(1)};
 }
 
-void visitFields(ColorBy& colorBy, const ColorBy& other, FieldVisitor& visitor) {
-    visitor.word(colorBy.column == other.column && colorBy.colorMap == other.colorMap &&
-                 colorBy.ofPixel == other.ofPixel);
-    visitor.word(colorBy.range.has_value() == other.range.has_value());
-    if (!colorBy.range || !other.range) return;
-    visitor.number(colorBy.range->low, other.range->low);
-    visitor.number(colorBy.range->high, other.range->high);
+ColorMap colorMapOf(const proto::ColorBy& colorBy) {
+    return ColorMap::find(colorBy.color_map()).value();
+}
+
+bool colorsOfNearest(const proto::ColorBy& colorBy, const ParticlesStyle& style) {
+    constexpr double opaque = 0.5;  // points of such an opacity hide those behind them
+    if (!colorBy.of_pixel().empty()) return colorBy.of_pixel() == "nearest";
+    return !style.opacityByPlot && style.pointOpacity >= opaque;
+}
+
+Result<proto::Paths> parsePaths(proto::Paths message) {
+    auto& ids = *message.mutable_ids();
+    if (ids.size() > mostPathIds)
+        return invalid("ids", fmt::format("there may be at most {}, not {}", mostPathIds, ids.size()));
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    return resolved(std::move(message));
 }
 
 Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSelectionMessages& named) {
@@ -171,10 +169,10 @@ Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages
 }
 
 void writeLayerParts(const Layer& layer, proto::Layer& message) {
-    if (layer.colorBy) *message.mutable_color_by() = toProto(*layer.colorBy);
+    if (layer.colorBy) *message.mutable_color_by() = *layer.colorBy;
     if (layer.select) *message.mutable_select() = toProto(*layer.select);
     if (layer.highlight) *message.mutable_highlight() = toProto(*layer.highlight);
-    if (layer.paths) *message.mutable_paths() = toProto(*layer.paths);
+    if (layer.paths) *message.mutable_paths() = *layer.paths;
     if (layer.clip) *message.mutable_clip() = *layer.clip;
     if (!layer.towards) return;
     message.mutable_towards()->set_step(layer.towards->step);

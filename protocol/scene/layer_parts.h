@@ -23,35 +23,18 @@ namespace mote {
 
 struct Layer;
 
-// ColorBy: that points and volume take their colour from a column or derived quantity (docs/PICTURE.md,
-// "Colour by a column"). A value; a parsed one is valid in itself (whether there is such a column, the
-// dataset knows).
-struct ColorBy {
-    static constexpr double opaque = 0.5;  ///< points of such an opacity hide those behind them
-    enum class OfPixel {
-        mean,     ///< the colour of the mean value of a pixel's points
-        nearest,  ///< that of the nearest point's value
-    };
-
-    std::string column;
-    std::optional<ValueRange> range;  ///< of the colour map; absent: 1% to 99% of the weight of all steps
-    ColorMap colorMap = ColorMap::standard();
-    std::optional<OfPixel> ofPixel;  ///< absent: that of the nearest where points are opaque
-
-    bool ofNearest(const ParticlesStyle& style) const {
-        if (ofPixel) return *ofPixel == OfPixel::nearest;
-        return !style.opacityByPlot && style.pointOpacity >= opaque;
-    }
-    bool operator==(const ColorBy&) const = default;
-};
+// Points and volume that take their colour from a column or derived quantity (docs/PICTURE.md, "Colour by a
+// column"). A parsed message is valid in itself (whether there is such a column, the dataset knows).
 
 /// Fills every default. Errors: no name, a range that does not ascend, a map or a word that is not known.
-Result<ColorBy> parseColorBy(const proto::ColorBy& message);
+Result<proto::ColorBy> parseColorBy(proto::ColorBy message);
 
-/// Complete: parsing it gives the value again.
-proto::ColorBy toProto(const ColorBy& colorBy);
-
-void visitFields(ColorBy& colorBy, const ColorBy& other, FieldVisitor& visitor);
+/// Of a parsed one: what its colour map goes over; none: 1% to 99% of the weight of all steps.
+std::optional<ValueRange> colorRangeOf(const proto::ColorBy& colorBy);
+ColorMap colorMapOf(const proto::ColorBy& colorBy);
+/// Whether a pixel has the colour of its nearest point's value, not of the mean of all: as it says, or where
+/// points are opaque.
+bool colorsOfNearest(const proto::ColorBy& colorBy, const ParticlesStyle& style);
 
 // Highlight: which points of a layer are drawn over the others, and how (docs/PICTURE.md, "Highlights"). A
 // value; a parsed one is valid in itself.
@@ -71,6 +54,12 @@ Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSel
 proto::Highlight toProto(const Highlight& highlight);
 
 void visitFields(Highlight& highlight, const Highlight& other, FieldVisitor& visitor);
+
+/// Of paths: whose ways through all steps of a run are lines in the picture (docs/PICTURE.md, "Paths").
+constexpr int mostPathIds = 1000;
+
+/// Brings ids into order, without repetition. Errors: too many ids, a number out of range.
+Result<proto::Paths> parsePaths(proto::Paths message);
 
 // Towards: another step of a layer's dataset, and how far on the way there the layer is (docs/PICTURE.md,
 // "Between steps"). A value.

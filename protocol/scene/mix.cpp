@@ -6,8 +6,6 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 
-#include "protocol/scene/field_visitor.h"
-
 namespace mote {
 namespace {
 
@@ -130,11 +128,6 @@ ColoredCurve mixCurves(const ColoredCurve& from, const ColoredCurve& to, double 
     if (a.size() == b.size()) return mixKnots(from, to, share);
     const auto places = placesOfBoth(a, b);
     return mixKnots(withKnotsAt(from, places), withKnotsAt(to, places), share);
-}
-
-void visitCurve(FieldVisitor& visitor, Curve& value, const Curve& other) {
-    if (!canMix({value}, {other})) return visitor.word(value == other);
-    visitor.between([&, from = value](double share) { value = mixCurves({from}, {other}, share).curve; });
 }
 
 }  // namespace mote

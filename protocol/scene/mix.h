@@ -12,8 +12,6 @@
 
 namespace mote {
 
-class FieldVisitor;
-
 inline double mix(double from, double to, double share) {
     // Not from + share * (to - from): that would not keep the order of two pairs to the last digit.
     return std::clamp((1.0 - share) * from + share * to, std::min(from, to), std::max(from, to));
@@ -40,8 +38,5 @@ bool canMix(const ColoredCurve& from, const ColoredCurve& to);
 
 /// At a share of the way, 0 to 1; of two that can be mixed.
 ColoredCurve mixCurves(const ColoredCurve& from, const ColoredCurve& to, double share);
-
-/// Shows a visitor a curve without colours.
-void visitCurve(FieldVisitor& visitor, Curve& value, const Curve& other);
 
 }  // namespace mote

@@ -26,15 +26,12 @@ const std::vector<Curve::Knot>& defaultVolumeKnots() {
 constexpr double unknownOpacity = 0.25;
 constexpr glm::dvec3 usualColor(1.0, 0.85, 0.6);
 
-Result<std::optional<ValueRange>> parseDensityRange(const proto::VolumeStyle& message) {
+Status checkDensityRange(const proto::VolumeStyle& message) {
     const auto& range = message.density_range();
-    if (range.empty()) return std::optional<ValueRange>();
+    if (range.empty()) return success();
     const bool valid = range.size() == 2 && std::isfinite(range[1]) && range[0] > 0.0 && range[0] < range[1];
-    if (!valid) {
-        return Error{ErrorCode::invalidArgument, "volume.densityRange",
-                     "there must be two densities above 0, ascending"};
-    }
-    return std::optional(ValueRange{range[0], range[1]});
+    return valid ? success()
+                 : invalid("volume.densityRange", "there must be two densities above 0, ascending");
 }
 
 Curve volumeCurve(const proto::VolumeStyle& message) {
@@ -43,20 +40,58 @@ Curve volumeCurve(const proto::VolumeStyle& message) {
     return Curve::create(knots.empty() ? defaultVolumeKnots() : std::move(knots)).value();
 }
 
-Result<Curve> parsePointCurve(const proto::PointsStyle& message, const Curve& volume) {
-    if (message.linked() && !message.curve().empty())
-        return invalid("points.curve",
-                       "a point curve needs \"linked\": false; linked points follow the volume's curve");
-    if (message.linked()) return linkedFraction(volume);
+/// Errors: of a curve.
+Result<Curve> ownPointCurve(const proto::PointsStyle& message) {
     std::vector<Curve::Knot> knots;
     for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.fraction()});
-    auto curve = Curve::create(std::move(knots));
-    return curve.ok() ? curve : Result<Curve>(curve.error().within("points.curve"));
+    return Curve::create(std::move(knots));
 }
 
-/// Whether the points give way to the volume, as they do where a view says nothing of them.
-bool isLinked(const ParticlesStyle& style) {
-    return style.pointFraction == linkedFraction(style.volumeOpacity);
+Curve pointCurve(const proto::ParticlesStyle& style) {
+    if (style.points().linked()) return linkedFraction(volumeCurve(style.volume()));
+    return ownPointCurve(style.points()).value();
+}
+
+Status checkPointCurve(const proto::PointsStyle& message) {
+    if (!message.linked()) {
+        MOTE_RETURN_IF_ERROR(ownPointCurve(message), "points.curve");
+        return success();
+    }
+    if (message.curve().empty()) return success();
+    return invalid("points.curve",
+                   "a point curve needs \"linked\": false; linked points follow the volume's curve");
+}
+
+/// Says the curve of a volume that is not left to the plot.
+void sayVolumeCurve(proto::ParticlesStyle& style) {
+    auto& volume = *style.mutable_volume();
+    if (style.points().linked() || !volume.curve().empty()) return;
+    for (const auto& knot : defaultVolumeKnots()) {
+        auto& added = *volume.add_curve();
+        added.set_density(knot.x);
+        added.set_opacity(knot.y);
+    }
+}
+
+/// Points have the same curve, as their own.
+void unlink(proto::ParticlesStyle& style) {
+    const Curve fraction = pointCurve(style);
+    auto& points = *style.mutable_points();
+    points.set_linked(false);
+    points.clear_curve();
+    for (const auto& knot : fraction.knots()) {
+        auto& added = *points.add_curve();
+        added.set_density(knot.x);
+        added.set_fraction(knot.y);
+    }
+}
+
+/// Points whose own curve gives way to the volume are linked.
+void linkWhereAlike(proto::ParticlesStyle& style) {
+    auto& points = *style.mutable_points();
+    if (points.linked() || pointCurve(style) != linkedFraction(volumeCurve(style.volume()))) return;
+    points.set_linked(true);
+    points.clear_curve();
 }
 
 }  // namespace
@@ -82,62 +117,57 @@ Curve linkedFraction(const Curve& volumeOpacity) {
     return Curve::create(std::move(knots)).value();
 }
 
-Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& said) {
-    MOTE_ASSIGN_OR_RETURN(const auto message, resolved(said));
+Result<proto::ParticlesStyle> parseParticlesStyle(proto::ParticlesStyle message) {
+    MOTE_ASSIGN_OR_RETURN(auto style, resolved(std::move(message)));
+    MOTE_RETURN_IF_ERROR(checkPointCurve(style.points()));
+    MOTE_RETURN_IF_ERROR(checkDensityRange(style.volume()));
+    auto& points = *style.mutable_points();
+    if (points.has_opacity()) points.set_opacity(std::min(points.opacity(), ParticlesStyle::opacityLimit));
+    sayVolumeCurve(style);
+    linkWhereAlike(style);
+    return style;
+}
+
+ParticlesStyle particlesStyleOf(const proto::ParticlesStyle& message, std::uint32_t lines) {
+    const auto& volume = message.volume();
     const auto& points = message.points();
-    auto volume = volumeCurve(message.volume());
-    MOTE_ASSIGN_OR_RETURN(auto fraction, parsePointCurve(points, volume));
-    MOTE_ASSIGN_OR_RETURN(const auto densities, parseDensityRange(message.volume()));
-    const double opacity = points.has_opacity() ? points.opacity() : unknownOpacity;
-    return ParticlesStyle{
-        .volumeOpacity = std::move(volume),
-        .colorMap = ColorMap::find(message.volume().color_map()).value(),
-        .pointFraction = std::move(fraction),
-        .pointOpacity = std::min(opacity, ParticlesStyle::opacityLimit),
-        .pointSize = lengthOf(points, points.kSizePixelsFieldNumber),
+    ParticlesStyle style{
+        .volumeOpacity = volumeCurve(volume),
+        .colorMap = ColorMap::find(volume.color_map()).value(),
+        .pointFraction = pointCurve(message),
+        .pointOpacity = points.has_opacity() ? points.opacity() : unknownOpacity,
+        .pointSize = lengthField("particles.points.sizePixels")
+                         .inPixels(lengthOf(points, points.kSizePixelsFieldNumber), lines, 1.0),
         .pointColor = colorOf(points, points.kColorFieldNumber).value_or(srgbToLinear(usualColor)),
-        .curveByPlot = message.volume().curve().empty() && points.linked(),
+        .curveByPlot = volume.curve().empty(),
         .opacityByPlot = !points.has_opacity(),
         .sizeByPlot = !points.has_size_pixels(),
-        .colorByPlot = points.color().empty(),
-        .densityRange = densities};
+        .colorByPlot = points.color().empty()};
+    if (!volume.density_range().empty())
+        style.densityRange = ValueRange{volume.density_range(0), volume.density_range(1)};
+    return style;
 }
 
-void writeStyle(const ParticlesStyle& style, proto::Layer& layer) {
-    auto& volume = *layer.mutable_particles()->mutable_volume();
-    for (const auto& knot : style.curveByPlot ? std::vector<Curve::Knot>() : style.volumeOpacity.knots()) {
-        auto& added = *volume.add_curve();
-        added.set_density(knot.x);
-        added.set_opacity(knot.y);
+/// Two ranges of densities have nothing in between, nor has a size with what a plot makes of it. Points that
+/// are linked go from the one fraction to the other: linked to what lies between the volumes they would jump
+/// where one of these is nowhere opaque.
+void visitFields(proto::ParticlesStyle& style, const proto::ParticlesStyle& other, FieldVisitor& visitor) {
+    auto to = other;
+    const auto& range = style.volume().density_range();
+    auto& densities = *to.mutable_volume()->mutable_density_range();
+    visitor.word(std::ranges::equal(range, densities));
+    densities = range;
+    const bool sized = style.points().has_size_pixels();
+    visitor.word(sized == other.points().has_size_pixels());
+    if (sized != other.points().has_size_pixels())
+        to.mutable_points()->set_size_pixels(style.points().size_pixels());
+    const bool bothCurves = !style.volume().curve().empty() && !to.volume().curve().empty();
+    for (auto* const one : {&style, &to}) {
+        if (bothCurves) unlink(*one);
     }
-    volume.set_color_map(std::string(style.colorMap.name()));
-    if (style.densityRange) {
-        volume.add_density_range(style.densityRange->low);
-        volume.add_density_range(style.densityRange->high);
-    }
-    auto& points = *layer.mutable_particles()->mutable_points();
-    points.set_linked(style.curveByPlot || isLinked(style));
-    for (const auto& knot : points.linked() ? std::vector<Curve::Knot>() : style.pointFraction.knots()) {
-        auto& added = *points.add_curve();
-        added.set_density(knot.x);
-        added.set_fraction(knot.y);
-    }
-    if (!style.opacityByPlot) points.set_opacity(style.pointOpacity);
-    if (!style.sizeByPlot) points.set_size_pixels(style.pointSize);
-    if (!style.colorByPlot) writeColor(style.pointColor, points.mutable_color());
-}
-
-void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor) {
-    visitCurve(visitor, style.volumeOpacity, other.volumeOpacity);
-    // Linked to what lies between the volumes they would jump where one of these is nowhere opaque.
-    visitCurve(visitor, style.pointFraction, other.pointFraction);
-    visitor.word(style.colorMap == other.colorMap);
-    visitor.word(style.densityRange == other.densityRange);
-    visitor.word(style.curveByPlot == other.curveByPlot && style.opacityByPlot == other.opacityByPlot &&
-                 style.sizeByPlot == other.sizeByPlot && style.colorByPlot == other.colorByPlot);
-    if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);
-    visitor.pixels(style.pointSize, other.pointSize, lengthField("particles.points.sizePixels"));
-    visitor.vector(style.pointColor, other.pointColor);
+    visitFields(static_cast<google::protobuf::Message&>(style), to, visitor);
+    if (bothCurves) linkWhereAlike(style);
+    if (!sized) style.mutable_points()->clear_size_pixels();
 }
 
 }  // namespace mote

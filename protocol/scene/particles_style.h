@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ParticlesStyle: the two linked transfer functions of a hybrid particle picture and the look of its points.
-// Source: section 3.3.3 of the dissertation. A value; a parsed one is valid.
+// The two linked transfer functions of a hybrid particle picture and the look of its points: their message,
+// resolved (fields/resolve.h), and ParticlesStyle, which is made of it for who draws. Source: section 3.3.3
+// of the dissertation. Values and pure functions.
 //
 // Density enters as *scaled log density* t: 0 at the plot's least leaf density, 1 at its greatest
 // (log_density.h).
@@ -20,6 +21,7 @@
 
 namespace mote {
 
+/// As drawn.
 struct ParticlesStyle {
     /// The length, in layer space, over which a volume of constant density has the curve's opacity: one cell
     /// of a 64^3 volume across the plot's edge of 2, the slice distance of the dissertation.
@@ -28,12 +30,12 @@ struct ParticlesStyle {
     /// What the default curve ends in: a volume that lets the eye in.
     static constexpr double fullOpacity = 0.12;
 
-    Curve volumeOpacity;  ///< t -> opacity over opacityLength
-    ColorMap colorMap;    ///< t -> linear RGB
-    Curve pointFraction;  ///< t -> fraction of a leaf's points that are drawn; already resolved when linked
-    double pointOpacity;  ///< of one point, 0 to opacityLimit
-    ScreenLength pointSize;  ///< diameter
-    glm::dvec3 pointColor;   ///< linear RGB
+    Curve volumeOpacity;    ///< t -> opacity over opacityLength
+    ColorMap colorMap;      ///< t -> linear RGB
+    Curve pointFraction;    ///< t -> fraction of a leaf's points that are drawn; already resolved when linked
+    double pointOpacity;    ///< of one point, 0 to opacityLimit
+    double pointSize;       ///< diameter, pixels
+    glm::dvec3 pointColor;  ///< linear RGB
     /// What the view leaves to the plot (plot_density.h): both curves; the opacity of a point, which then
     /// follows from its optical area; its size; and its colour.
     bool curveByPlot = false, opacityByPlot = false, sizeByPlot = false, colorByPlot = false;
@@ -57,8 +59,14 @@ struct ParticlesStyle {
 /// where the volume is nowhere opaque.
 Curve linkedFraction(const Curve& volumeOpacity);
 
-/// Fills every default; what is left to the plot, as it is in a plot of which nothing is known. Errors: a
-/// curve, colour map, colour, size (0.1 to 64) or opacity out of range; a point curve given while linked.
-Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message);
+/// Fills every default; what is left to the plot stays so. Points that give way to the volume are linked,
+/// whoever says it. Errors: a curve, colour map, colour, size (0.1 to 64) or opacity out of range; a point
+/// curve given while linked.
+Result<proto::ParticlesStyle> parseParticlesStyle(proto::ParticlesStyle message);
+
+/// Of a parsed message whose lengths are in pixels, in a picture of so many lines; what is left to the plot,
+/// as it is in a plot of which nothing is known.
+ParticlesStyle particlesStyleOf(const proto::ParticlesStyle& message,
+                                std::uint32_t lines = static_cast<std::uint32_t>(usualLines));
 
 }  // namespace mote

@@ -195,9 +195,8 @@ Result<View> parseView(const proto::View& message) {
     MOTE_RETURN_IF_ERROR(parseLayers(message, view));
     MOTE_RETURN_IF_ERROR(checkLengths(view));
     if (message.has_annotations()) {
-        auto annotations = parseAnnotations(message.annotations());
-        MOTE_RETURN_IF_ERROR(annotations, "annotations");
-        view.annotations = *std::move(annotations);
+        MOTE_RETURN_IF_ERROR(checkAnnotations(message.annotations()), "annotations");
+        view.annotations = message.annotations();
     }
     if (!message.has_camera()) {
         view.camera = fitCamera(layersBounds(view.layers), view.aspect());

@@ -21,7 +21,6 @@
 #include "protocol/scene/ink_style.h"
 #include "protocol/scene/layer_parts.h"
 #include "protocol/scene/particles_style.h"
-#include "protocol/scene/paths.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/stipple_style.h"
 
@@ -34,23 +33,23 @@ struct Layer {
     std::string dataset;        ///< "ROOT/NAME"
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
-    std::variant<ParticlesStyle, proto::HybridStyle, StippleStyle, MeshStyle, proto::InkStyle,
+    std::variant<proto::ParticlesStyle, proto::HybridStyle, StippleStyle, MeshStyle, proto::InkStyle,
                  proto::ImageStyle>
         style;
     double opacity = 1.0;  ///< how much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade")
     // Of particles alone.
-    std::optional<ColorBy> colorBy = {};      ///< of its points
-    std::optional<Selection> select = {};     ///< these are drawn, as if they were the whole run
-    std::optional<Highlight> highlight = {};  ///< these are drawn over the others
-    std::optional<Paths> paths = {};          ///< the ways of some through all steps
+    std::optional<proto::ColorBy> colorBy = {};  ///< of its points, resolved
+    std::optional<Selection> select = {};        ///< these are drawn, as if they were the whole run
+    std::optional<Highlight> highlight = {};     ///< these are drawn over the others
+    std::optional<proto::Paths> paths = {};      ///< the ways of some through all steps, checked
     // Of kinds that have steps.
     std::optional<Towards> towards = {};   ///< another step, and how far on the way there the layer is
     std::optional<proto::Clip> clip = {};  ///< what is cut away, checked
     bool inkIsDark = true;                 ///< of ink: no lighter than its paper, it stands for what is dark
 
     /// Null where it is of another kind.
-    const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
-    ParticlesStyle* particles() { return std::get_if<ParticlesStyle>(&style); }
+    const proto::ParticlesStyle* particles() const { return std::get_if<proto::ParticlesStyle>(&style); }
+    proto::ParticlesStyle* particles() { return std::get_if<proto::ParticlesStyle>(&style); }
     const proto::HybridStyle* hybrid() const { return std::get_if<proto::HybridStyle>(&style); }
     const StippleStyle* stipple() const { return std::get_if<StippleStyle>(&style); }
     const proto::InkStyle* ink() const { return std::get_if<proto::InkStyle>(&style); }
@@ -88,9 +87,9 @@ struct View {
     std::vector<Layer> layers;
     /// Of a camera that was fitted to what layers show: the box of each one's, layer space; or empty.
     std::vector<std::optional<Bounds>> shown = {};
-    std::optional<Annotations> annotations = {};
-    std::optional<Metres> metres = {};            ///< none: the world has no unit
-    std::vector<NamedSelection> selections = {};  ///< that stay with it; those of layers are resolved
+    std::optional<proto::Annotations> annotations = {};  ///< checked
+    std::optional<Metres> metres = {};                   ///< none: the world has no unit
+    std::vector<NamedSelection> selections = {};         ///< that stay with it; those of layers are resolved
 
     double aspect() const { return static_cast<double>(width) / height; }
     bool operator==(const View&) const = default;

@@ -41,7 +41,7 @@ proto::View toProto(const View& view) {
     }
     if (!view.cameraFitted) *message.mutable_camera() = toProto(view.camera);
     for (const auto& layer : view.layers) writeLayer(layer, *message.add_layers());
-    if (view.annotations) *message.mutable_annotations() = toProto(*view.annotations);
+    if (view.annotations) *message.mutable_annotations() = *view.annotations;
     for (const auto& [name, selection] : view.selections) {
         auto& added = *message.add_selections();
         added.set_name(name);
@@ -139,9 +139,9 @@ namespace {}  // namespace
 
 double fitMargin(const View& view) {
     constexpr double labels = 4.5, most = 0.25;  // em; of the picture's shorter side
-    if (!view.annotations || !view.annotations->axes) return CameraFit::usualMargin;
+    if (!view.annotations || !view.annotations->axes()) return CameraFit::usualMargin;
     const double side = std::min(view.width, view.height);
-    const double em = view.annotations->fontPixels(view.width, view.height, view.scale);
+    const double em = fontPixels(*view.annotations, view.width, view.height, view.scale);
     return std::clamp(labels * em / side, CameraFit::usualMargin, most);
 }
 

@@ -132,16 +132,17 @@ Result<Loadable<KnownRange>> rangeOf(const Catalogue::Entry& entry, const std::s
     return loadable;
 }
 
-Result<Loadable<render::PointPaths>> pathsOf(const Catalogue::Entry& entry, const Paths& paths) {
+Result<Loadable<render::PointPaths>> pathsOf(const Catalogue::Entry& entry, const proto::Paths& paths) {
     MOTE_RETURN_IF_ERROR(checkStep(entry, 0));
-    const auto load = [entry, ids = paths.ids](std::uint32_t, const AnyLoadable::Cancelled& cancelled) {
+    const std::vector<std::uint64_t> ids(paths.ids().begin(), paths.ids().end());
+    const auto load = [entry, ids](std::uint32_t, const AnyLoadable::Cancelled& cancelled) {
         return render::pointPaths(runOf(entry), ids, cancelled);
     };
     const auto steps = static_cast<std::uint64_t>(entry.manifest->particles().steps_size());
-    const auto bytes = 2 * paths.ids.size() * (steps * sizeof(glm::dvec3) + sizeof(std::uint32_t));
+    const auto bytes = 2 * ids.size() * (steps * sizeof(glm::dvec3) + sizeof(std::uint32_t));
     Loadable<render::PointPaths> loadable(
         entry, [bytes](std::uint32_t) { return bytes; }, load);
-    for (const auto id : paths.ids) loadable.key += fmt::format("{} ", id);
+    for (const auto id : ids) loadable.key += fmt::format("{} ", id);
     return loadable;
 }
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/paths.h"
+#include "protocol/mote.pb.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/transfer_function.h"
 #include "server/data/loadable.h"
@@ -44,7 +44,8 @@ struct KnownRange {
 
 Result<Loadable<KnownRange>> rangeOf(const storage::Catalogue::Entry& entry, const std::string& column);
 
-Result<Loadable<render::PointPaths>> pathsOf(const storage::Catalogue::Entry& entry, const Paths& paths);
+Result<Loadable<render::PointPaths>> pathsOf(const storage::Catalogue::Entry& entry,
+                                             const proto::Paths& paths);
 
 /// Of the points of two steps, `first` being the earlier one in the dataset.
 Result<Loadable<render::StepWays>> waysBetween(const storage::Catalogue::Entry& entry, std::uint32_t first,

@@ -19,6 +19,7 @@
 
 #include "protocol/quantity/manifest_columns.h"
 #include "protocol/quantity/plot_axes.h"
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/srgb.h"
@@ -262,7 +263,7 @@ double densityUnit(const proto::ParticlesManifest& plot, std::uint32_t step, Ric
 }
 
 bool hasDensityRange(const Layer& layer) {
-    return layer.particles() != nullptr && layer.particles()->densityRange.has_value();
+    return layer.particles() != nullptr && !layer.particles()->volume().density_range().empty();
 }
 
 /// With a range of its own also of what its colours would be beyond the plot's densities.
@@ -301,16 +302,16 @@ std::optional<Bar> valueBar(const proto::Manifest& manifest, const TransferFunct
 
 std::optional<Bar> columnBar(const Layer& layer, const LayerFacts& facts) {
     const auto& by = *layer.colorBy;
-    std::optional<ValueRange> range = facts.colorRange ? facts.colorRange : by.range;
+    std::optional<ValueRange> range = facts.colorRange ? facts.colorRange : colorRangeOf(by);
     for (const auto& column : facts.manifest->particles().columns()) {
-        if (!range && column.name() == by.column) range = ValueRange{column.min(), column.max()};
+        if (!range && column.name() == by.column()) range = ValueRange{column.min(), column.max()};
     }
     if (!range || !(range->low < range->high)) return std::nullopt;
     return Bar{{range->low, range->high},
-               unitOfQuantity(by.column, columnsOf(facts.manifest->particles())),
-               quantityText(by.column),
-               [map = by.colorMap](double share) { return map(share); },
-               std::string(by.colorMap.name())};
+               unitOfQuantity(by.column(), columnsOf(facts.manifest->particles())),
+               quantityText(by.column()),
+               [map = colorMapOf(by)](double share) { return map(share); },
+               by.color_map()};
 }
 
 std::vector<Bar> barsOf(const View& view, const std::vector<LayerFacts>& layers) {
@@ -448,11 +449,11 @@ void addScaleBar(const View& view, const std::vector<LayerFacts>& layers, Annota
 constexpr double haloOpacity = 0.7;
 
 PlotLook lookOf(const View& view) {
-    const Annotations& annotations = *view.annotations;
+    const auto& annotations = *view.annotations;
     const glm::dvec3 standsOut(isLight(view.background) ? 0.0 : 1.0);
-    const glm::dvec3 color = annotations.color.value_or(standsOut);
+    const glm::dvec3 color = colorOf(annotations, annotations.kColorFieldNumber).value_or(standsOut);
     PlotLook look;
-    look.font = annotations.fontPixels(view.width, view.height, view.scale);
+    look.font = fontPixels(annotations, view.width, view.height, view.scale);
     look.line = 0.075 * look.font;
     look.ink = {linearToSrgb(glm::clamp(color, 0.0, 1.0))};
     look.paper = linearToSrgb(glm::clamp(view.background, 0.0, 1.0));
@@ -487,14 +488,14 @@ std::vector<PlotBox> boxesOf(const View& view, const std::vector<LayerFacts>& la
 
 Marks annotate(const View& view, const std::vector<LayerFacts>& layers) {
     MOTE_CHECK(view.annotations && layers.size() == view.layers.size());
-    const Annotations& annotations = *view.annotations;
+    const auto& annotations = *view.annotations;
     AnnotationRoom room(view.width, view.height, lookOf(view));
     // What has its own place goes first; ticks take what is left.
-    if (!annotations.title.empty()) addTitle(annotations.title, room);
-    if (annotations.labels) addWords(view, layers, room);
-    if (annotations.colorBar) addColorBars(view, layers, room);
-    if (annotations.scaleBar) addScaleBar(view, layers, room);
-    if (annotations.axes) {
+    if (!annotations.title().empty()) addTitle(annotations.title(), room);
+    if (annotations.labels()) addWords(view, layers, room);
+    if (annotations.color_bar()) addColorBars(view, layers, room);
+    if (annotations.scale_bar()) addScaleBar(view, layers, room);
+    if (annotations.axes()) {
         for (const auto& box : boxesOf(view, layers)) addPlotBox(box, view, room);
     }
     return std::move(room.marks());

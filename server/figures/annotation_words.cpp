@@ -108,7 +108,7 @@ void addWords(const View& view, const std::vector<LayerFacts>& layers, Annotatio
         }
     }
     double y = edgeMargin * look.font;
-    if (!view.annotations->title.empty()) y += titleSize * lineHeight * look.font;
+    if (!view.annotations->title().empty()) y += titleSize * lineHeight * look.font;
     const double width = room.picture().size().x - 2.0 * edgeMargin * look.font;
     for (auto& line : lines) {
         const auto text = room.text(shortened(std::move(line), look.font, width, room.typeface()),

@@ -34,7 +34,7 @@ using LayerPart =
 
 /// Asks for a layer's data. Empty where they are on their way: the picture waits. Errors: of StepSource;
 /// invalidArgument, unsupported (a dataset of another kind), resourceExhausted.
-Result<LayerPart> partOf(const ParticlesStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const proto::ParticlesStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const proto::HybridStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const proto::InkStyle& style, const LayerRequest& asked);
@@ -50,7 +50,8 @@ struct ShownLayer {
 
 /// Tells a camera all places that a layer's data and curves show. False where data are on their way. Errors:
 /// of StepSource.
-Result<bool> shownOf(const ParticlesStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);
+Result<bool> shownOf(const proto::ParticlesStyle& style, const ShownLayer& shown, StepSource& data,
+                     CameraFit& fit);
 Result<bool> shownOf(const proto::HybridStyle& style, const ShownLayer& shown, StepSource& data,
                      CameraFit& fit);
 Result<bool> shownOf(const StippleStyle& style, const ShownLayer& shown, StepSource& data, CameraFit& fit);

@@ -102,15 +102,15 @@ class Gathering {
         if (!layer_.colorBy) return success();
         const bool some = layer_.select && !layer_.select->everything();
         if (some && chosen_ == nullptr) return success();
-        auto range = layer_.colorBy->range;
+        auto range = colorRangeOf(*layer_.colorBy);
         if (!range) {
             std::shared_ptr<const KnownRange> known;
-            MOTE_RETURN_IF_ERROR(take(rangeOf(entry_, layer_.colorBy->column), known));
+            MOTE_RETURN_IF_ERROR(take(rangeOf(entry_, layer_.colorBy->column()), known));
             if (known == nullptr) return success();
             range = known->range;
         }
         out_.valueRange = range;
-        return take(valuesOf(entry_, layer_.step, layer_.colorBy->column, *range, chosen_,
+        return take(valuesOf(entry_, layer_.step, layer_.colorBy->column(), *range, chosen_,
                              some ? keyOf(*layer_.select) : std::string()),
                     out_.values);
     }
@@ -185,7 +185,8 @@ class SeenLeaves {
 }  // namespace
 
 /// What does not come in is read on the spot: a view in motion has a camera.
-Result<bool> shownOf(const ParticlesStyle& said, const ShownLayer& shown, StepSource& data, CameraFit& fit) {
+Result<bool> shownOf(const proto::ParticlesStyle& said, const ShownLayer& shown, StepSource& data,
+                     CameraFit& fit) {
     MOTE_ASSIGN_OR_RETURN(auto step, data.step(shown.layer.dataset, shown.step));
     MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
     auto plot = PlotDensity::of(entry.manifest->particles(), shown.step);
@@ -197,21 +198,28 @@ Result<bool> shownOf(const ParticlesStyle& said, const ShownLayer& shown, StepSo
         plot.particles = step->pointCount();
     }
     if (!step->octreeReady() && data.want(*step, {.octree = true})) return false;
-    auto style = said;
+    auto style = particlesStyleOf(said);
     resolveByPlot(style, plot, shown.onLight);
     SeenLeaves(*step, style, fit).add();
     return true;
 }
 
-Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
+Result<LayerPart> partOf(const proto::ParticlesStyle& said, const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(auto found, Gathering(asked).gather());
     if (found.waits) return LayerPart();
-    return LayerPart([data = std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
-        ParticlesStyle& style = *scene.view.layers[index].particles();
-        resolveByPlot(style, data.plot, isLight(scene.view.background));
+    auto style = particlesStyleOf(said, asked.view.height);
+    resolveByPlot(style, found.plot, isLight(asked.view.background));
+    return LayerPart([data = std::move(found), style = std::move(style)](render::Scene& scene,
+                                                                         std::size_t index, const auto&) {
+        scene.particles.resize(scene.steps.size());
+        scene.particles[index] = style;
         scene.steps[index] = data.step;
-        // A colour bar tells it.
-        if (data.valueRange) scene.view.layers[index].colorBy->range = data.valueRange;
+        if (data.valueRange) {  // a colour bar tells it
+            auto& range = *scene.view.layers[index].colorBy->mutable_range();
+            range.Clear();
+            range.Add(data.valueRange->low);
+            range.Add(data.valueRange->high);
+        }
         put(scene.highlights, index, scene.steps.size(), data.highlight);
         put(scene.values, index, scene.steps.size(), data.values);
         put(scene.paths, index, scene.steps.size(), data.paths);

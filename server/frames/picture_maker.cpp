@@ -101,7 +101,7 @@ std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const ren
         const bool highlighted =
             layer.highlight && i < scene.highlights.size() && scene.highlights[i] != nullptr;
         if (highlighted) layers[i].highlighted = scene.highlights[i]->pointCount();
-        if (layer.colorBy) layers[i].colorRange = layer.colorBy->range;
+        if (layer.colorBy) layers[i].colorRange = colorRangeOf(*layer.colorBy);
     }
     for (const auto& field : plan.fields) {
         // Where a column colours the volume, the bar is the column's alone.

@@ -84,7 +84,7 @@ Bounds besideAxes(const Bounds& shown) {
 /// With boxes around plots that annotations draw.
 void addAxes(const View& view, std::size_t index, std::optional<Bounds>& shown, CameraFit& fit) {
     const Layer& layer = view.layers[index];
-    if (!shown || !layer.particles() || !view.annotations || !view.annotations->axes) return;
+    if (!shown || !layer.particles() || !view.annotations || !view.annotations->axes()) return;
     shown = besideAxes(*shown);
     fit.enter(layer.transform);
     fit.add(*shown);

@@ -45,13 +45,13 @@ class PickRun final : public QueryRun {
     /// Points of a layer are its own, or the chosen ones, and those that are highlighted.
     Status lookAt(std::size_t index, const Cancelled& cancelled) {
         const auto& layer = view_.layers[index];
-        const auto* const style = layer.particles();
-        if (style == nullptr || !(layer.opacity > 0.0)) return success();
+        if (layer.particles() == nullptr || !(layer.opacity > 0.0)) return success();
+        const auto style = particlesStyleOf(*layer.particles());
         MOTE_ASSIGN_OR_RETURN(const auto run, context_.runs.run(layer.dataset));
         MOTE_ASSIGN_OR_RETURN(const auto numbers, run->step(layer.step));
-        if (style->pointOpacity > 0.0) {
+        if (style.pointOpacity > 0.0) {
             MOTE_RETURN_IF_ERROR(find(index, run, numbers, layer.select ? *layer.select : Selection(),
-                                      style->pointFraction, cancelled));
+                                      style.pointFraction, cancelled));
         }
         if (layer.highlight && layer.highlight->opacity > 0.0) {
             Selection both = layer.highlight->selection;

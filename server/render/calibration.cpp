@@ -28,8 +28,10 @@ Scene calibrationScene(const std::shared_ptr<const storage::ParticleStep>& step,
                          .pointColor = glm::dvec3(1.0)};
     View view{.width = 512, .height = 512, .background = glm::dvec3(0.0), .camera = {}, .layers = {}};
     view.camera = fitCamera(plotBounds, view.aspect());
-    view.layers.push_back({.dataset = {}, .style = std::move(style)});
-    return {std::move(view), {step}};
+    view.layers.push_back({.dataset = {}, .style = proto::ParticlesStyle()});
+    Scene scene{std::move(view), {step}};
+    scene.particles = {std::move(style)};
+    return scene;
 }
 
 /// The quickest of a few pictures, ms: the first ones upload, and a machine may be busy.

@@ -15,6 +15,7 @@
 #include "tests/golden/device_pictures.h"
 #include "tests/golden/golden_scenes.h"
 #include "tests/reference/reference_renderer.h"
+#include "tests/reference/scene_styles.h"
 
 namespace mote::test {
 namespace {
@@ -51,10 +52,10 @@ TEST_P(DeviceBehaviourTest, AStyleThatChangesIsSeen) {
     // A device keeps steps between pictures; nothing of a style may be kept with them.
     auto scene = makeScene("unlinked");
     const auto before = picture(*device_, scene, Quality::exact());
-    scene.view.layers[0].particles()->colorMap = ColorMap::find("magma").value();
+    particlesIn(scene).colorMap = ColorMap::find("magma").value();
     const auto recolored = picture(*device_, scene, Quality::exact());
     EXPECT_NE(recolored, before);
-    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.0);
+    particlesIn(scene).pointFraction = Curve::constant(0.0);
     EXPECT_NE(picture(*device_, scene, Quality::exact()), recolored);
 }
 
@@ -62,7 +63,7 @@ TEST_P(DeviceBehaviourTest, FewerPointsKeepTheLight) {
     // A quarter of the points, each of which hides four times as much, leaves on average what all would
     // leave, however many share a pixel. The rest is the chance of sampling: some thousand points.
     auto scene = makeScene("haloOnly");
-    scene.view.layers[0].particles()->pointOpacity = 0.1;
+    particlesIn(scene).pointOpacity = 0.1;
     const double exact = meanLight(picture(*device_, scene, Quality::exact()));
     Quality quarter;
     quarter.pointFraction = 0.25;

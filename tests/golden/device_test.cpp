@@ -8,6 +8,7 @@
 #include "tests/golden/golden_scenes.h"
 #include "tests/golden/golden_strokes.h"
 #include "tests/reference/reference_renderer.h"
+#include "tests/reference/scene_styles.h"
 #include "tests/support/view_text.h"
 
 namespace mote::test {
@@ -44,8 +45,8 @@ TEST_P(DeviceGoldenTest, MeetsTheReference) {
 
 TEST_P(DeviceVolumeTest, MeetsTheReference) {
     auto scene = makeScene(std::get<1>(GetParam()).name);
-    for (auto& layer : scene.view.layers) {
-        if (layer.particles()) layer.particles()->pointFraction = Curve::constant(0.0);
+    for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
+        if (scene.view.layers[i].particles()) particlesIn(scene, i).pointFraction = Curve::constant(0.0);
     }
     meetsTheReference(scene, "-volume");
 }

@@ -20,6 +20,7 @@
 #include "server/render/layers/scene.h"
 #include "server/render/plan/dot.h"
 #include "storage/numbers/point_places.h"
+#include "tests/reference/scene_styles.h"
 #include "tests/support/beams.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/support/hybrid_scene.h"
@@ -613,8 +614,7 @@ render::Scene makeScene(const std::string& name) {
     }
     render::Scene scene{viewOf(found->second.view), {}};
     for (const auto make : found->second.steps) scene.steps.push_back(make());
-    if (found->second.view == byPlot)
-        resolveByPlot(*scene.view.layers[0].particles(), plotOf(*scene.steps[0]));
+    if (found->second.view == byPlot) resolveByPlot(particlesIn(scene), plotOf(*scene.steps[0]));
     if (found->second.dots != nullptr) scene.dots = found->second.dots(scene.view);
     if (found->second.mesh == nullptr) return scene;
     scene.steps.emplace_back();

@@ -12,6 +12,7 @@
 
 #include "protocol/scene/plot_density.h"
 #include "tests/golden/device_pictures.h"
+#include "tests/reference/scene_styles.h"
 #include "tests/support/beams.h"
 #include "tests/support/view_text.h"
 
@@ -86,7 +87,7 @@ render::Scene sceneOf(const Case& of) {
                "'layers': [{'particles': {}}]}"),
         {step}};
     const auto points = static_cast<double>(step->pointCount());
-    resolveByPlot(*scene.view.layers[0].particles(),
+    resolveByPlot(particlesIn(scene),
                   {step->logDensity(), step->pointCount(), step->nodes().density[0] / points});
     return scene;
 }

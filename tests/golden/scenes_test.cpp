@@ -10,6 +10,7 @@
 #include "tests/golden/comparison.h"
 #include "tests/golden/golden_scenes.h"
 #include "tests/reference/reference_renderer.h"
+#include "tests/reference/scene_styles.h"
 
 namespace mote::test {
 namespace {
@@ -36,8 +37,8 @@ TEST_P(GoldenSceneTest, ShowsVolumePointsAndDots) {
     for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
         if (auto* const style = std::get_if<MeshStyle>(&noMesh.view.layers[i].style)) style->set_opacity(0.0);
         if (!scene.view.layers[i].particles()) continue;
-        noVolume.view.layers[i].particles()->volumeOpacity = Curve::constant(0.0);
-        noPoints.view.layers[i].particles()->pointFraction = Curve::constant(0.0);
+        particlesIn(noVolume, i).volumeOpacity = Curve::constant(0.0);
+        particlesIn(noPoints, i).pointFraction = Curve::constant(0.0);
     }
     const double covered = changedShare(whole, empty);
     const double volume = changedShare(whole, quickly(noVolume));

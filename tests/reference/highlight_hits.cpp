@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "server/render/layers/particles/lower_particles.h"
 #include "tests/reference/leaf_points.h"
 #include "tests/reference/point_hits.h"
 
@@ -47,7 +48,7 @@ void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
     const Depths box = boxDepths(layerToEye);
     const double stands =
         std::max(box.nearest - (box.farthest - box.nearest) / 192.0, nearestDepth(view.camera));
-    const Look look{highlight->pointSize.value_or(view.layers[layer].particles()->pointSize),
+    const Look look{highlight->pointSize.value_or(render::particlesStyleOf(scene, layer).pointSize),
                     highlight->opacity, highlight->color};
     std::vector<glm::dvec3> inEye;
     forPoints(

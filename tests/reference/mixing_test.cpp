@@ -85,7 +85,7 @@ TEST(ReferenceMixing, APointOfAnotherLayerInFrontAndBehind) {
     const auto onePoint = MemoryStep::make({{{0.5, 0.5, 0.5}}}, {.volumeLevel = 0, .volume = {0.0F}});
     auto scene = view();
     scene.layers.push_back(scene.layers.front());
-    scene.layers[1].particles()->volumeOpacity = Curve::constant(0.0);
+    scene.layers[1].particles()->mutable_volume()->mutable_curve(0)->set_opacity(0.0);
     scene.layers[1].transform[3][2] = 2.0;
     expectMixed(render({scene, {volume, onePoint}}).at(1, 1), pointOver(through(2.0, background)));
     scene.layers[1].transform[3][2] = -2.0;
@@ -96,8 +96,8 @@ TEST(ReferenceMixing, OverlappingVolumesAddTheirExtinctionsAndEmissions) {
     const auto step = evenVolumeWith({});
     auto scene = view();
     scene.layers.push_back(scene.layers.front());
-    scene.layers[1].particles()->volumeOpacity = Curve::constant(0.05);
-    scene.layers[1].particles()->colorMap = ColorMap::find("oslo").value();
+    scene.layers[1].particles()->mutable_volume()->mutable_curve(0)->set_opacity(0.05);
+    scene.layers[1].particles()->mutable_volume()->set_color_map("oslo");
     scene.layers[1].transform[3][2] =
         0.5;  // half a unit nearer: 0.5 alone, 1.5 together, 0.5 of the first alone
     const double one = -32.0 * std::log(0.98), other = -32.0 * std::log(0.95);
@@ -116,7 +116,7 @@ TEST(ReferenceMixing, OverlappingVolumesAddTheirExtinctionsAndEmissions) {
 
 TEST(ReferenceMixing, AnOpaquePointHidesAllButALimit) {
     auto scene = view();
-    scene.layers[0].particles()->pointOpacity = ParticlesStyle::opacityLimit;
+    scene.layers[0].particles()->mutable_points()->set_opacity(ParticlesStyle::opacityLimit);
     const auto step = evenVolumeWith({{{0.5, 0.5, 0.75}}});
     const double front = 1.0 - layerZ(0.75);
     const double limit = ParticlesStyle::opacityLimit;

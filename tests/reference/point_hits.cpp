@@ -47,10 +47,9 @@ double discArea(double size) {
 /// docs/PICTURE.md, "Colour by a column": of points that a view says to be opaque, the nearest; or as it
 /// says.
 bool ofNearest(const Layer& layer) {
-    const ParticlesStyle& style = *layer.particles();
-    return layer.colorBy->ofPixel.value_or(!style.opacityByPlot && style.pointOpacity >= 0.5
-                                               ? ColorBy::OfPixel::nearest
-                                               : ColorBy::OfPixel::mean) == ColorBy::OfPixel::nearest;
+    const auto& points = layer.particles()->points();
+    const auto& said = layer.colorBy->of_pixel();
+    return said.empty() ? points.has_opacity() && points.opacity() >= 0.5 : said == "nearest";
 }
 
 }  // namespace
@@ -116,8 +115,8 @@ void PointHits::addPaths(const render::Scene& scene, std::uint32_t layer) {
     if (!of.paths || layer >= scene.paths.size() || scene.paths[layer] == nullptr) return;
     const render::FramePlan plan{
         .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
-    paths_.push_back(
-        render::pathStrokes(of, *of.paths, of.particles()->pointColor, *scene.paths[layer], plan, 1.0));
+    paths_.push_back(render::pathStrokes(of, *of.paths, render::particlesStyleOf(scene, layer).pointColor,
+                                         *scene.paths[layer], plan, 1.0));
     if (paths_.back().empty()) return;
     strokes_.emplace_back(scene.view, paths_.back());
     // docs/PICTURE.md, "Paths": the casing lies behind them.
@@ -149,7 +148,7 @@ PointHits::Look PointHits::lookOf(const View& view, const glm::dmat4& transform,
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const View& view = scene.view;
     const storage::ParticleStep& step = *scene.steps[layer];
-    const ParticlesStyle& style = *view.layers[layer].particles();
+    const ParticlesStyle style = render::particlesStyleOf(scene, layer);
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
     const Look look = lookOf(view, view.layers[layer].transform, style);
     const VolumeField volume = volumeOf(scene, layer, style);
@@ -297,7 +296,7 @@ class PointHits::RowColors {
         const bool own = spot.layer < pixels_.size();
         if (!own || pixels_[spot.layer][column].weight == 0.0) return spot.color;
         const Pixel& pixel = pixels_[spot.layer][column];
-        return view_.layers[spot.layer].colorBy->colorMap(pixel.sum / pixel.weight);
+        return colorMapOf(*view_.layers[spot.layer].colorBy)(pixel.sum / pixel.weight);
     }
 
   private:

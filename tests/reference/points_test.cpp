@@ -9,6 +9,7 @@
 #include <random>
 
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/write_fields.h"
 #include "tests/reference/point_hits.h"
 #include "tests/reference/reference_renderer.h"
 #include "tests/support/memory_step.h"
@@ -109,7 +110,7 @@ TEST(ReferencePoints, ADiscBeyondTheBorderReachesIn) {
     const auto picture = render({view, {step}});
     expectColor(picture.at(0, 9), glm::dvec3(0.8 * (2.5 - 1.6)), 1e-3);
     expectColor(picture.at(1, 9), glm::dvec3(0.0), 1e-3);
-    view.layers[0].particles()->pointSize = 1.0;
+    view.layers[0].particles()->mutable_points()->set_size_pixels(1.0);
     expectColor(render({view, {step}}).at(0, 9), glm::dvec3(0.0));
 }
 
@@ -128,8 +129,7 @@ TEST(ReferencePoints, DiscsHaveTheirAreaOnAverage) {
     for (const double size : {1.5, 3.0, 4.5}) {
         auto view = squareView("'opacity': 0.5, 'color': [1, 1, 1]");
         view.width = view.height = 240;  // 12 pixels a disc: they do not touch
-        view.layers[0].particles()->pointSize = size;
-        view.layers[0].particles()->pointFraction = Curve::constant(1.0);
+        view.layers[0].particles()->mutable_points()->set_size_pixels(size);
         double sum = 0.0;
         for (const auto& color : render({view, {step}}).linear) sum += color.x;
         EXPECT_NEAR(sum / (0.5 * 400.0), std::numbers::pi * (0.25 * size * size + 1.0 / 12.0), 0.125) << size;
@@ -180,7 +180,7 @@ TEST(ReferencePoints, LayersShareOneDepth) {
     const auto step = pointsOnly({{{0.525, 0.525, 0.5}}});
     auto view = squareView("'opacity': 0.5, 'color': [1, 0, 0]");
     view.layers.push_back(view.layers.front());
-    view.layers[1].particles()->pointColor = {0.0, 1.0, 0.0};
+    writeColor({0.0, 1.0, 0.0}, view.layers[1].particles()->mutable_points()->mutable_color());
     for (const double nearer : {-0.5, 0.5}) {
         view.layers[1].transform[3][2] = nearer;  // towards the eye
         const auto color = render({view, {step, step}}).at(10, 9);
@@ -196,7 +196,8 @@ TEST(ReferencePoints, DoubtfulPixelsAreMarked) {
     for (std::uint32_t i = 0; i < 400; ++i) {
         EXPECT_EQ(picture.ambiguous[i], i == 9 * 20 + 9 || i == 9 * 20 + 10 ? 1 : 0) << i;
     }
-    view.layers[0].particles()->pointSize = 2.0;  // a disc is continuous in its place: never in doubt
+    view.layers[0].particles()->mutable_points()->set_size_pixels(
+        2.0);  // a disc is continuous in its place: never in doubt
     const auto disc = render({view, {onBorder}});
     EXPECT_EQ(std::count(disc.ambiguous.begin(), disc.ambiguous.end(), 1), 0);
 }

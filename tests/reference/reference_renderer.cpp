@@ -12,6 +12,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
+#include "server/render/layers/particles/lower_particles.h"
 #include "tests/reference/hybrid_field.h"
 #include "tests/reference/point_hits.h"
 #include "tests/reference/volume_field.h"
@@ -51,8 +52,9 @@ class Renderer {
         for (std::size_t i = 0; i < view_.layers.size(); ++i) {
             const Layer& layer = view_.layers[i];
             if (!(layer.opacity > 0.0)) continue;
-            if (const ParticlesStyle* const style = layer.particles())
-                fields_.push_back(std::make_unique<VolumeField>(volumeOf(scene, i, *style)));
+            if (layer.particles() != nullptr)
+                fields_.push_back(
+                    std::make_unique<VolumeField>(volumeOf(scene, i, render::particlesStyleOf(scene, i))));
             else if (layer.hybrid() != nullptr && !showsSight(layer))
                 fields_.push_back(std::make_unique<HybridField>(*scene.hybrids[i], layer, view_.camera));
             else

@@ -419,7 +419,8 @@ VolumeField volumeOf(const render::Scene& scene, std::size_t layer, const Partic
     const auto& colorBy = scene.view.layers[layer].colorBy;
     const bool colored = colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
     if (!colored) return {*scene.steps[layer], style};
-    return {*scene.steps[layer], style, scene.values[layer].get(), &colorBy->colorMap};
+    const auto map = colorMapOf(*colorBy);
+    return {*scene.steps[layer], style, scene.values[layer].get(), &map};
 }
 
 }  // namespace mote::reference

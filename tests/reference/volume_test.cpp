@@ -100,7 +100,7 @@ TEST(ReferenceVolume, ARaySeesOnlyWhatIsInFrontOfTheEye) {
 TEST(ReferenceVolume, CellsAreInterpolatedBetweenTheirCentres) {
     // Two cells a side: t is 0.2 up to x = -1/2, 0.8 from x = 1/2 on, linear between, the same along y and z.
     const auto step = volumeOf(1, {0.2, 0.8, 0.2, 0.8, 0.2, 0.8, 0.2, 0.8});
-    ParticlesStyle style = *view(orthographic, onePercent).layers[0].particles();
+    const auto style = particlesStyleOf(*view(orthographic, onePercent).layers[0].particles());
     const VolumeField field(*step, style);
     for (const double x : {-1.0, -0.7, -0.5, -0.2, 0.0, 0.31, 0.5, 0.99}) {
         const double expected = 0.2 + 0.6 * std::clamp(x + 0.5, 0.0, 1.0);
@@ -113,7 +113,8 @@ TEST(ReferenceVolume, AxesAreNotExchanged) {
     for (int axis = 0; axis < 3; ++axis) {
         std::vector<double> t(8);
         for (int i = 0; i < 8; ++i) t[i] = i >> axis & 1 ? 0.9 : 0.1;
-        const VolumeField field(*volumeOf(1, t), *view(orthographic, onePercent).layers[0].particles());
+        const VolumeField field(*volumeOf(1, t),
+                                particlesStyleOf(*view(orthographic, onePercent).layers[0].particles()));
         glm::dvec3 place(-0.8);
         EXPECT_NEAR(field.t(place), 0.1, 1e-7);
         place[axis] = 0.8;
@@ -145,10 +146,9 @@ TEST(ReferenceVolume, DevicesHoldTheSameCells) {
         const auto step =
             MemoryStep::make(test::beam({.core = 6000, .halo = 1500, .filaments = 500, .seed = level}),
                              {.leafCapacity = 16, .maxLevel = 10, .volumeLevel = level});
-        const auto style =
-            *view(orthographic, "[{'density': 0.5, 'opacity': 0}, {'density': 0.6, 'opacity': 0.9}]")
-                 .layers[0]
-                 .particles();
+        const auto seen =
+            view(orthographic, "[{'density': 0.5, 'opacity': 0}, {'density': 0.6, 'opacity': 0.9}]");
+        const auto style = particlesStyleOf(*seen.layers[0].particles());
         const VolumeField field(*step, style);
         const auto cells = render::stepVolume(*step, style.transfer());
         double most = 0.0;

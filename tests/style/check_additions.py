@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Counts what a new kind of layer, of dataset or of job, or a reader costs: the files beyond its own that name an existing one.
+"""Counts what a new kind of layer, of dataset or of job, a field of a style, or a reader costs: the files beyond its own that name an existing one.
 
     check_additions.py ROOT
 
@@ -42,6 +42,16 @@ ADDITIONS = {
         r"\bimageJob\b|\bImageJob\b|(?<!Layer::)\bkImage\b|command_image|add_subdirectory\(image\)",
         ("preprocess/image/", "preprocess/command_image.cpp"),
         {"protocol/mote.proto", "protocol/scene/job_request.cpp", "preprocess/job_kinds.h", "preprocess/CMakeLists.txt"},
+    ),
+    "a field of a style": (
+        r"\bdensity_range\b|\bgradient_opacity\b|\bgradientOpacity\b",
+        (
+            "protocol/scene/particles_style.",  # what is made of the message for who draws, and who does
+            "server/figures/annotate.cpp",
+            "protocol/scene/hybrid_style.",
+            "server/render/layers/hybrid/",
+        ),
+        {"protocol/mote.proto"},
     ),
     "a reader of particles": (
         r"\bgdfReader\b|\breadGdf\b|gpt_source",

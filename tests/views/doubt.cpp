@@ -11,6 +11,7 @@
 
 #include "server/render/layers/hybrid/lower_hybrid.h"
 #include "tests/reference/reference_renderer.h"
+#include "tests/reference/scene_styles.h"
 
 namespace mote::test {
 namespace {
@@ -98,8 +99,10 @@ void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
     const double depth = way * static_cast<double>(i + 1) * depthShift * range;
     const glm::dmat4 shifted = shift(scene.view, way * pixelShift, depth) * worldToEye * layer.transform;
     layer.transform = glm::inverse(worldToEye) * shifted;
-    if (auto* const style = layer.particles())
-        style->volumeOpacity = movedCurve(style->volumeOpacity, way * knotShift, 0.0, 1.0);
+    if (layer.particles() != nullptr) {
+        auto& style = particlesIn(scene, i);
+        style.volumeOpacity = movedCurve(style.volumeOpacity, way * knotShift, 0.0, 1.0);
+    }
     if (auto* const style = std::get_if<proto::HybridStyle>(&layer.style))
         moveStyle(*style, *scene.hybrids[i], way);
     if (!layer.clip) return;

@@ -88,8 +88,8 @@ Status addNumbers(const Layer& layer, const MemoryRun& run, std::size_t index, r
         put(scene.highlights, index, *std::move(step));
     }
     if (layer.colorBy) {
-        const std::string& column = layer.colorBy->column;
-        auto range = layer.colorBy->range;
+        const std::string& column = layer.colorBy->column();
+        auto range = colorRangeOf(*layer.colorBy);
         if (!range) {
             MOTE_ASSIGN_OR_RETURN(range, render::usualRange(run, column, {}));
         }
@@ -100,7 +100,8 @@ Status addNumbers(const Layer& layer, const MemoryRun& run, std::size_t index, r
         put(scene.values, index, *std::move(values));
     }
     if (layer.paths) {
-        auto paths = render::pointPaths(run, layer.paths->ids, {});
+        const std::vector<std::uint64_t> ids(layer.paths->ids().begin(), layer.paths->ids().end());
+        auto paths = render::pointPaths(run, ids, {});
         MOTE_RETURN_IF_ERROR(paths, "paths");
         put(scene.paths, index, *std::move(paths));
     }

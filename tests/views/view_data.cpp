@@ -180,8 +180,11 @@ Result<render::Scene> ViewData::scene(const proto::View& message) {
     for (std::size_t i = 0; i < view->layers.size(); ++i) {
         const auto added = add(view->layers[i], scene, *dots);
         if (!added.ok()) return added.error().within(fmt::format("layers[{}]", i));
-        ParticlesStyle* const style = scene.view.layers[i].particles();
-        if (style != nullptr && scene.steps[i] != nullptr) resolveByPlot(*style, plotOf(*scene.steps[i]));
+        auto& style = scene.particles.emplace_back();
+        const auto* const said = scene.view.layers[i].particles();
+        if (said == nullptr || scene.steps[i] == nullptr) continue;
+        style = particlesStyleOf(*said, scene.view.height);
+        resolveByPlot(*style, plotOf(*scene.steps[i]));
     }
     if (!dots->empty()) scene.dots = std::move(dots);
     return scene;

@@ -99,7 +99,7 @@ bool ParticlesControls::colorChosen() const {
 }
 
 void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
-    auto style = parseParticlesStyle({}).value();
+    auto style = particlesStyleOf(parseParticlesStyle({}).value());
     plot_ = PlotDensity::of(manifest);
     resolveByPlot(style, *plot_);
     functions.setOfPlot(style.volumeOpacity, style.pointFraction);
@@ -121,7 +121,7 @@ void ParticlesControls::write(proto::ParticlesStyle& style) const {
 }
 
 void ParticlesControls::read(const proto::ParticlesStyle& message) {
-    const auto style = parseParticlesStyle(message).value();
+    const auto style = particlesStyleOf(parseParticlesStyle(message).value());
     functions.read(message);
     colorMap = style.colorMap.name();
     ownOpacity_ = message.points().has_opacity();
@@ -135,10 +135,11 @@ void ParticlesControls::read(const proto::ParticlesStyle& message) {
 TransferFunction ParticlesControls::drawn() const {
     proto::ParticlesStyle message;
     write(message);
-    auto style = parseParticlesStyle(message);
-    if (!style.ok()) style = parseParticlesStyle({});
-    if (plot_) resolveByPlot(*style, *plot_);
-    return style->transfer();
+    auto parsed = parseParticlesStyle(message);
+    if (!parsed.ok()) parsed = parseParticlesStyle({});
+    auto style = particlesStyleOf(*parsed);
+    if (plot_) resolveByPlot(style, *plot_);
+    return style.transfer();
 }
 
 void ParticlesEditor::drawFacts(const LayerPanel& panel) {

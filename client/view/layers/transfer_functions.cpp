@@ -89,7 +89,7 @@ void TransferFunctions::write(proto::ParticlesStyle& style) const {
 }
 
 void TransferFunctions::read(const proto::ParticlesStyle& style) {
-    const auto parsed = parseParticlesStyle(style).value();
+    const auto parsed = particlesStyleOf(parseParticlesStyle(style).value());
     volume_.take(parsed.volumeOpacity.knots());
     points_.take(parsed.pointFraction.knots());
     linked_ = !style.points().has_linked() || style.points().linked();

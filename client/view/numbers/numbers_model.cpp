@@ -6,8 +6,8 @@
 
 #include "client/view/numbers/quantities.h"
 #include "client/view/slider_values.h"
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/layer_parts.h"
-#include "protocol/scene/paths.h"
 
 namespace mote::client {
 namespace {
@@ -25,14 +25,14 @@ ColorByControls controlsOf(const proto::Layer& layer) {
     ColorByControls controls;
     if (!layer.has_color_by()) return controls;
     const auto parsed = parseColorBy(layer.color_by()).value();
-    controls.column = parsed.column;
-    controls.ownRange = parsed.range.has_value();
-    if (parsed.range) {
-        controls.low = parsed.range->low;
-        controls.high = parsed.range->high;
+    controls.column = parsed.column();
+    if (const auto range = colorRangeOf(parsed)) {
+        controls.ownRange = true;
+        controls.low = range->low;
+        controls.high = range->high;
     }
-    controls.colorMap = parsed.colorMap.name();
-    controls.ofPixel = layer.color_by().of_pixel();
+    controls.colorMap = parsed.color_map();
+    controls.ofPixel = parsed.of_pixel();
     return controls;
 }
 
@@ -75,10 +75,11 @@ void NumbersModel::read(const proto::View& view, int index) {
     highlightOpacity = static_cast<float>(look.opacity);
     colorBy = controlsOf(layer);
     const auto paths = parsePaths(layer.paths()).value();
-    pathIds_ = paths.ids;
-    pathWidth = static_cast<float>(paths.width);
+    pathIds_.assign(paths.ids().begin(), paths.ids().end());
+    pathWidth = static_cast<float>(lengthOf(paths, paths.kWidthFieldNumber));
     pathColor_.reset();
-    if (paths.color) pathColor_ = shownColor(layer.paths().color(), *paths.color);
+    if (const auto color = colorOf(paths, paths.kColorFieldNumber))
+        pathColor_ = shownColor(paths.color(), *color);
     chosen_.reset();
     for (int i = 0; i < selections_.size(); ++i) {
         const auto& name = selections_[i].name();
@@ -320,7 +321,7 @@ void NumbersModel::showAlone(const std::string& name) {
 
 Status NumbersModel::addPath(std::uint64_t id) {
     if (std::ranges::find(pathIds_, id) != pathIds_.end()) return success();
-    if (pathIds_.size() >= Paths::maxIds)
+    if (pathIds_.size() >= mostPathIds)
         return Error{ErrorCode::invalidArgument, "paths.ids", "a layer has no more paths than 1000"};
     pathIds_.push_back(id);
     return success();

@@ -10,6 +10,7 @@
 
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/mote_check.h"
 
 namespace mote::client {
@@ -190,12 +191,12 @@ std::vector<DeskPane> Panes::looked() const {
 void keepLettersReadable(proto::View& view, const PictureArea& area) {
     const double least = 11.0 * area.scale;  // pixels
     auto& said = *view.mutable_annotations();
-    const auto usual = parseAnnotations(said);
     const double scale = view.has_scale() ? view.scale() : 1.0;
-    if (!usual.ok() || usual->fontPoints.said() || usual->printWidth || !(scale > 0.0)) return;
-    if (usual->fontPixels(area.columns, area.rows, scale) >= least) return;
-    said.set_font_points(usual->fontPoints);
-    const double pixels = parseAnnotations(said)->fontPixels(area.columns, area.rows, scale);
+    if (said.has_font_points() || said.has_print_width() || !checkAnnotations(said).ok() || !(scale > 0.0))
+        return;
+    if (fontPixels(said, area.columns, area.rows, scale) >= least) return;
+    said.set_font_points(lengthOf(said, said.kFontPointsFieldNumber));
+    const double pixels = fontPixels(said, area.columns, area.rows, scale);
     said.set_font_points(std::clamp(said.font_points() * least / pixels, 1.0, 200.0));
 }
 

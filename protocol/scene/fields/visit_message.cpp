@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Styles that are their messages: written and shown to visitors by what the schema says of
-// their fields.
+// Messages that are what layers and views hold: shown to visitors, and styles written, by what the schema
+// says of their fields.
 #include <fmt/format.h>
+#include <google/protobuf/reflection.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <string>
 
 #include "protocol/scene/field_visitor.h"
@@ -18,14 +21,15 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using proto::Facts;
 
-/// The field of a layer that holds messages of this type: styles, and what is cut away.
-const FieldDescriptor& styleField(const Message& style) {
-    const auto& layer = *proto::Layer::descriptor();
-    for (int i = 0; i < layer.field_count(); ++i) {
-        if (layer.field(i)->message_type() == style.GetDescriptor()) return *layer.field(i);
+/// The field of a layer or a view that holds messages of this type: styles, and what stands beside them.
+const FieldDescriptor& partField(const Message& part) {
+    for (const auto* const type : {proto::Layer::descriptor(), proto::View::descriptor()}) {
+        for (int i = 0; i < type->field_count(); ++i) {
+            if (type->field(i)->message_type() == part.GetDescriptor()) return *type->field(i);
+        }
     }
     MOTE_CHECK(false);
-    return *layer.field(0);
+    return *proto::Layer::descriptor()->field(0);
 }
 
 using Numbers = google::protobuf::RepeatedField<double>;
@@ -70,8 +74,16 @@ class FieldPair {
     bool sameWord() const {
         if (field_.cpp_type() == FieldDescriptor::CPPTYPE_BOOL)
             return reflection_.GetBool(value_, &field_) == reflection_.GetBool(other_, &field_);
+        if (field_.cpp_type() == FieldDescriptor::CPPTYPE_UINT64) return sameIds();
         MOTE_CHECK(field_.cpp_type() == FieldDescriptor::CPPTYPE_STRING);
         return reflection_.GetString(value_, &field_) == reflection_.GetString(other_, &field_);
+    }
+
+    bool sameIds() const {
+        const auto ids = [this](const Message& message) {
+            return reflection_.GetRepeatedFieldRef<std::uint64_t>(message, &field_);
+        };
+        return std::equal(ids(value_).begin(), ids(value_).end(), ids(other_).begin(), ids(other_).end());
     }
 
     void showLength(const std::string& path, FieldVisitor& visitor) {
@@ -176,11 +188,11 @@ void FieldPair::showMessage(const std::string& path, FieldVisitor& visitor) {
 }  // namespace
 
 void writeStyle(const Message& style, proto::Layer& layer) {
-    layer.GetReflection()->MutableMessage(&layer, &styleField(style))->CopyFrom(style);
+    layer.GetReflection()->MutableMessage(&layer, &partField(style))->CopyFrom(style);
 }
 
 void visitFields(Message& style, const Message& other, FieldVisitor& visitor) {
-    showFields(style, other, styleField(style).json_name(), visitor);
+    showFields(style, other, partField(style).json_name(), visitor);
 }
 
 }  // namespace mote

@@ -149,4 +149,11 @@ std::vector<Layer> LayersBetween::at(double share) const {
     return layers;
 }
 
+std::optional<proto::Annotations> mixAnnotations(std::optional<proto::Annotations> from,
+                                                 const std::optional<proto::Annotations>& to, double share) {
+    Mixer mixer(share);
+    if (from && to) visitFields(*from, *to, mixer);
+    return from;
+}
+
 }  // namespace mote

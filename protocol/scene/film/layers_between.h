@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "protocol/scene/film/steps_between.h"
@@ -37,5 +38,10 @@ class LayersBetween {
     std::vector<Pair> pairs_;  // of layers that whoever owns them keeps
     BetweenSteps betweenSteps_;
 };
+
+/// At a share of the way between the annotations of two views, more than 0 and less than 1: what has nothing
+/// in between is as in the first.
+std::optional<proto::Annotations> mixAnnotations(std::optional<proto::Annotations> from,
+                                                 const std::optional<proto::Annotations>& to, double share);
 
 }  // namespace mote

@@ -97,7 +97,7 @@ struct LayerLowering {
     Lowering& out;
 
     const Layer& layer() const { return scene.view.layers[index]; }
-    void operator()(const ParticlesStyle& style) const { lowerParticles(scene, index, style, out); }
+    void operator()(const proto::ParticlesStyle&) const { lowerParticles(scene, index, out); }
     void operator()(const proto::HybridStyle& style) const {
         MOTE_CHECK(index < scene.hybrids.size());
         lowerHybrid(layer(), index, hybridStyleOf(style), scene.hybrids[index], out);

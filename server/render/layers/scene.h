@@ -5,8 +5,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "protocol/scene/particles_style.h"
 #include "protocol/scene/view.h"
 #include "server/render/ink/ink_memory.h"
 #include "server/render/layers/mesh/mesh_surface.h"
@@ -29,6 +31,9 @@ struct Scene {
     std::vector<std::shared_ptr<const GridField>> hybrids = {};
     std::vector<std::shared_ptr<const MeshSurface>> meshes = {};          ///< likewise
     std::vector<std::shared_ptr<const storage::ColorImage>> images = {};  ///< likewise
+    /// Likewise: how particles are drawn, with what their plots say; where it is not known here, as in a plot
+    /// of which nothing is known (particlesStyleOf).
+    std::vector<std::optional<ParticlesStyle>> particles = {};
     /// Likewise: particles that are drawn as a field of their density (layers/ink/density_grid.h).
     std::vector<std::shared_ptr<const GridField>> densities = {};
     /// Likewise, of layers of particles: which points are highlighted; by what points are coloured, one value

@@ -82,7 +82,7 @@ Curve ballOpacity() {
 
 ParticlesStyle styleOf(const SceneOptions& options, const PlotDensity& plot) {
     if (options.shown == Shown::unsaid) {
-        auto unsaid = parseParticlesStyle({}).value();
+        auto unsaid = particlesStyleOf(parseParticlesStyle({}).value());
         resolveByPlot(unsaid, plot);
         return unsaid;
     }
@@ -118,14 +118,15 @@ Result<render::Scene> makeScene(const SceneOptions& options) {
     view.height = options.height;
     view.camera = fitCamera({glm::dvec3(-1.0), glm::dvec3(1.0)}, view.aspect());
     if (options.filling) view.camera.eye = glm::mix(view.camera.target, view.camera.eye, nearer);
-    view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), styleOf(options, data.plot)});
+    view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), proto::ParticlesStyle()});
     render::Scene scene{std::move(view), {std::move(data.step)}};
+    scene.particles = {styleOf(options, data.plot)};
     if (options.colorBy.empty()) return scene;
     const bool nearest = options.colorBy == "nearest";
-    scene.view.layers[0].colorBy =
-        ColorBy{.column = "value",
-                .range = {},
-                .ofPixel = nearest ? ColorBy::OfPixel::nearest : ColorBy::OfPixel::mean};
+    proto::ColorBy colorBy;
+    colorBy.set_column("value");
+    colorBy.set_of_pixel(nearest ? "nearest" : "mean");
+    MOTE_ASSIGN_OR_RETURN(scene.view.layers[0].colorBy, parseColorBy(colorBy));
     scene.values = {someValues(scene.steps[0]->pointCount())};
     return scene;
 }

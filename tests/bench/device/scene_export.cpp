@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "protocol/scene/srgb.h"
+#include "server/render/layers/particles/lower_particles.h"
 #include "server/render/plan/octree_cell.h"
 
 namespace mote::bench {
@@ -20,7 +21,7 @@ std::string textOf(const glm::dvec3& v) {
 
 std::string sceneText(const render::Scene& scene, const std::vector<glm::dvec3>& eyes) {
     const View& view = scene.view;
-    const ParticlesStyle& style = *view.layers[0].particles();
+    const ParticlesStyle style = render::particlesStyleOf(scene, 0);
     std::vector<std::string> places, knots, table;
     for (const auto& eye : eyes) places.push_back(textOf(eye));
     for (const auto& knot : style.volumeOpacity.knots())
@@ -77,7 +78,7 @@ Status exportScene(const render::Scene& scene, const std::vector<glm::dvec3>& ey
     const auto& step = *scene.steps[0];
     MOTE_RETURN_IF_ERROR(
         writeTo(folder / "scene.json", [&](std::ostream& out) { out << sceneText(scene, eyes); }));
-    if (scene.view.layers[0].particles()->volumeOpacity.maximum() > 0.0) {
+    if (render::particlesStyleOf(scene, 0).volumeOpacity.maximum() > 0.0) {
         return writeTo(folder / "volume.u8", [&](std::ostream& out) { writeVolume(step, out); });
     }
     return writeTo(folder / "points.f32", [&](std::ostream& out) { writePoints(step, out); });

@@ -5,6 +5,7 @@
 #include "server/render/cpu/points_kernel.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "tests/bench/kernels/picture.h"
+#include "tests/reference/scene_styles.h"
 
 namespace mote::bench {
 namespace {
@@ -35,7 +36,7 @@ BENCHMARK(count)->Name("points/count")->Unit(benchmark::kMillisecond);
 /// Whole pictures, with all threads. Bigger points are discs; with a volume they are kept apart by depth.
 void picture(benchmark::State& state, Shown shown, double size) {
     auto scene = beamScene(shown);
-    scene.view.layers[0].particles()->pointSize = size;
+    test::particlesIn(scene).pointSize = size;
     render::CpuDevice device;
     const auto plan = render::makeFramePlan(scene, render::Quality::exact());
     for (auto _ : state) benchmark::DoNotOptimize(device.render(plan, render::PixelFormat::srgb8, {}));

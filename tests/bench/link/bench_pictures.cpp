@@ -2,6 +2,7 @@
 #include "tests/bench/link/bench_pictures.h"
 
 #include <cmath>
+#include <tuple>
 
 #include "server/render/device.h"
 #include "server/render/layers/make_frame_plan.h"
@@ -12,14 +13,12 @@ namespace {
 
 constexpr double degree = 3.14159265358979323846 / 180.0;
 
-View viewOf(std::uint32_t width, std::uint32_t height, const Curve& volume, const Curve& points) {
+View viewOf(std::uint32_t width, std::uint32_t height) {
     View view;
     view.width = width;
     view.height = height;
     view.camera = fitCamera({glm::dvec3(-0.6), glm::dvec3(0.6)}, view.aspect());
-    view.layers.push_back(
-        {"bench/beam", 0, glm::dmat4(1.0),
-         ParticlesStyle{volume, ColorMap::standard(), points, 0.5, 1.0, glm::dvec3(1.0, 0.7, 0.3)}});
+    view.layers.push_back({"bench/beam", 0, glm::dmat4(1.0), proto::ParticlesStyle()});
     return view;
 }
 
@@ -35,15 +34,17 @@ std::vector<Orbit> orbits(std::uint32_t width, std::uint32_t height, int count) 
     const auto step = std::make_shared<const BenchStep>(1'000'000, 5, 1);
     const auto device = render::createDevice(render::DeviceKind::automatic);
     const Curve volume = Curve::create({{0.3, 0.0}, {1.0, 0.3}}).value();
-    const std::pair<const char*, View> views[] = {
-        {"points", viewOf(width, height, Curve::constant(0.0), Curve::constant(1.0))},
-        {"volume", viewOf(width, height, volume, Curve::constant(0.0))},
-        {"both", viewOf(width, height, volume, linkedFraction(volume))},
+    const std::tuple<const char*, Curve, Curve> shown[] = {
+        {"points", Curve::constant(0.0), Curve::constant(1.0)},
+        {"volume", volume, Curve::constant(0.0)},
+        {"both", volume, linkedFraction(volume)},
     };
     std::vector<Orbit> made;
-    for (const auto& [name, view] : views) {
+    for (const auto& [name, opacity, fraction] : shown) {
         Orbit orbit{name, {}};
-        render::Scene scene{view, {step}};
+        render::Scene scene{viewOf(width, height), {step}};
+        scene.particles = {
+            ParticlesStyle{opacity, ColorMap::standard(), fraction, 0.5, 1.0, glm::dvec3(1.0, 0.7, 0.3)}};
         for (int i = 0; i < count; ++i) {
             const auto plan = render::makeFramePlan(scene, render::Quality::exact());
             orbit.pictures.push_back(*device->render(plan, render::PixelFormat::srgb8, {}));

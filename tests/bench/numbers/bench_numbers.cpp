@@ -135,8 +135,8 @@ void benchPick(const storage::RunSteps& run, std::uint32_t index) {
         server::NearestPoint found;
         found.distance = 8.0;
         const auto begun = Clock::now();
-        server::findNearest(*step.points, view.layers[0].particles()->pointFraction, view, glm::dmat4(1.0),
-                            {}, place, {}, found);
+        server::findNearest(*step.points, particlesStyleOf(*view.layers[0].particles()).pointFraction, view,
+                            glm::dmat4(1.0), {}, place, {}, found);
         times.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begun).count());
     }
     std::ranges::sort(times);

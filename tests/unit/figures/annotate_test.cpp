@@ -11,6 +11,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "protocol/scene/view_message.h"
+#include "protocol/scene/write_fields.h"
 #include "server/figures/box_edges.h"
 #include "server/figures/projection.h"
 #include "server/figures/quad.h"
@@ -46,13 +47,13 @@ std::shared_ptr<const proto::Manifest> plot() {
 }
 
 /// With these alone.
-Annotations asked(bool axes, bool colorBar, bool scaleBar, bool labels) {
-    Annotations annotations;
-    annotations.axes = axes;
-    annotations.colorBar = colorBar;
-    annotations.scaleBar = scaleBar;
-    annotations.labels = labels;
-    annotations.fontPoints = 9.0;  // said: 12 pixels in a picture of any size
+proto::Annotations asked(bool axes, bool colorBar, bool scaleBar, bool labels) {
+    proto::Annotations annotations;
+    annotations.set_axes(axes);
+    annotations.set_color_bar(colorBar);
+    annotations.set_scale_bar(scaleBar);
+    annotations.set_labels(labels);
+    annotations.set_font_points(9.0);  // said: 12 pixels in a picture of any size
     return annotations;
 }
 
@@ -66,7 +67,7 @@ View viewOf(std::uint32_t width, std::uint32_t height) {
 }
 
 std::vector<LayerFacts> factsOf(const View& view) {
-    return {{plot(), view.layers[0].particles()->transfer(), {}, 1234, 99}};
+    return {{plot(), particlesStyleOf(*view.layers[0].particles()).transfer(), {}, 1234, 99}};
 }
 
 std::vector<TextMark> textsOf(const Marks& marks) {
@@ -106,9 +107,9 @@ TEST(Annotate, noLabelLeavesThePictureOrLiesOverAnother) {
         const Camera camera = anyCamera(random);
         if (!parseCamera(toProto(camera)).ok()) continue;
         view.camera = camera;
-        view.annotations->fontPoints = random.between(4.0, 30.0);
+        view.annotations->set_font_points(random.between(4.0, 30.0));
         if (random.chance(0.3)) view.layers[0].transform[0] *= -random.magnitude(-3, 3);
-        if (random.chance(0.3)) view.annotations->title = "A title <&> \u05d0 " + std::string(200, 'w');
+        if (random.chance(0.3)) view.annotations->set_title("A title <&> \u05d0 " + std::string(200, 'w'));
         const auto texts = textsOf(annotate(view, factsOf(view)));
         most = std::max(most, texts.size());
         const Box picture{{0.0, 0.0}, {view.width, view.height}};
@@ -232,7 +233,7 @@ TEST(Annotate, wordsTellBothStepsThatALayerIsBetween) {
 
 TEST(Annotate, whatIsNotAskedForOrNotKnownIsNotSaid) {
     View view = viewOf(1280, 720);
-    *view.annotations = Annotations{};
+    view.annotations.emplace();
     EXPECT_TRUE(annotate(view, factsOf(view)).empty());
     view.annotations = asked(true, true, true, true);
     EXPECT_TRUE(annotate(view, std::vector<LayerFacts>(1)).empty());
@@ -249,7 +250,7 @@ TEST(Annotate, colorsStandOutFromTheBackground) {
         view.camera.eye = {3, 3, 8};
         for (const auto& text : textsOf(annotate(view, factsOf(view))))
             EXPECT_LT(glm::distance(text.ink.color, glm::dvec3(1.0 - background)), 1e-9);
-        view.annotations->color = glm::dvec3(1.0, 0.0, 0.0);
+        writeColor({1.0, 0.0, 0.0}, view.annotations->mutable_color());
         for (const auto& text : textsOf(annotate(view, factsOf(view))))
             EXPECT_LT(glm::distance(text.ink.color, glm::dvec3(1.0, 0.0, 0.0)), 1e-9);
     }

@@ -108,7 +108,9 @@ class BetweenSteps : public testing::TestWithParam<const char*> {
     render::Scene sceneOf(const View& view) const {
         render::Scene scene{view, {}};
         for (std::size_t i = 0; i < view.layers.size(); ++i) {
-            resolveByPlot(*scene.view.layers[i].particles(), source_.plot(view.layers[i].dataset));
+            auto style = particlesStyleOf(*view.layers[i].particles(), view.height);
+            resolveByPlot(style, source_.plot(view.layers[i].dataset));
+            scene.particles.emplace_back(std::move(style));
             scene.steps.push_back(source_.steps(view.layers[i].dataset)[view.layers[i].step]);
             scene.highlights.push_back(view.layers[i].highlight ? scene.steps.back() : nullptr);
         }

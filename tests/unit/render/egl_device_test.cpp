@@ -12,6 +12,7 @@
 
 #include "server/render/egl/resident_steps.h"
 #include "server/render/layers/make_frame_plan.h"
+#include "tests/reference/scene_styles.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
@@ -106,7 +107,7 @@ TEST(EglDevice, PointsAloneNeedNoSlabs) {
     // The second layer's volume is too thin to be seen, but it forces the points into slabs.
     const auto flat = sceneOf(pointsAlone);
     auto slabs = sceneOf(pointsAlone);
-    slabs.view.layers[0].particles()->volumeOpacity = Curve::create({{0.0, 1e-9}}).value();
+    test::particlesIn(slabs).volumeOpacity = Curve::create({{0.0, 1e-9}}).value();
     EglDevice device;
     const auto expected = drawn(device, flat);
     EXPECT_EQ(device.lastTimes().cells, 0U);
@@ -135,9 +136,9 @@ TEST(EglDevice, FewPointsAreListedAndDrawnAlike) {
     // between.
     EglDevice device;
     auto scene = sceneOf(pointsAlone);
-    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.499);
+    test::particlesIn(scene).pointFraction = Curve::constant(0.499);
     const auto listed = drawn(device, scene);
-    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.501);
+    test::particlesIn(scene).pointFraction = Curve::constant(0.501);
     const auto blocks = drawn(device, scene);
     const auto apart = blocks.pointsDrawn - listed.pointsDrawn;
     EXPECT_GT(listed.pointsDrawn, 5000U);

@@ -6,6 +6,7 @@
 #include "protocol/scene/fields/resolve.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/hidden_area.h"
+#include "tests/reference/scene_styles.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
@@ -33,7 +34,7 @@ TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
     EXPECT_EQ(plan.camera, scene.view.camera);
     EXPECT_EQ(plan.slabs, Quality::exact().slabs);
     ASSERT_EQ(plan.points.size(), 1U);
-    const ParticlesStyle& style = *scene.view.layers[0].particles();
+    const auto style = particlesStyleOf(*scene.view.layers[0].particles());
     EXPECT_EQ(plan.points[0].look.size, style.pointSize);
     EXPECT_NEAR(plan.points[0].look.opacity, style.pointOpacity, 1e-15);
     EXPECT_EQ(plan.points[0].look.color, style.pointColor);
@@ -126,14 +127,14 @@ TEST(FramePlan, PicturesOfOneStepAndStyleShareTheirSelection) {
     EXPECT_EQ(turned.points[0].selection, first.points[0].selection);
     const auto quick = makeFramePlan(scene, {.pointFraction = 0.5}, selections, {});
     EXPECT_NE(quick.points[0].selection, first.points[0].selection);
-    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.5);
+    test::particlesIn(scene).pointFraction = Curve::constant(0.5);
     EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections, {}).points[0].selection,
               first.points[0].selection);
 }
 
 TEST(FramePlan, OpacityStaysBelowItsLimit) {
     auto scene = beamScene(plain);
-    scene.view.layers[0].particles()->pointOpacity = ParticlesStyle::opacityLimit;
+    test::particlesIn(scene).pointOpacity = ParticlesStyle::opacityLimit;
     const auto plan = makeFramePlan(scene, {.pointFraction = 0.01});
     EXPECT_LE(plan.points[0].look.opacity, ParticlesStyle::opacityLimit);
     EXPECT_GT(plan.points[0].look.size, 10.0 * makeFramePlan(scene, Quality::exact()).points[0].look.size);

@@ -11,6 +11,7 @@
 #include "protocol/scene/srgb.h"
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/layers/make_frame_plan.h"
+#include "tests/reference/scene_styles.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
 
@@ -45,8 +46,8 @@ TEST(LonePoints, OfTwoLayersInOneSlabTheNearestHidesTheOthers) {
     for (const std::string size : {"1", "3"}) {
         auto scene =
             sceneOf("'width': 1, 'height': 1", "'opacity': 1, 'sizePixels': " + size, {around, between});
-        std::get<ParticlesStyle>(scene.view.layers[0].style).pointColor = {1.0, 0.0, 0.0};
-        std::get<ParticlesStyle>(scene.view.layers[1].style).pointColor = {0.0, 1.0, 0.0};
+        test::particlesIn(scene, 0).pointColor = {1.0, 0.0, 0.0};
+        test::particlesIn(scene, 1).pointColor = {0.0, 1.0, 0.0};
         const auto pixel = draw(scene);
         EXPECT_EQ(pixel[0], 255) << size;
         EXPECT_LE(pixel[1], 1) << size;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "server/render/layers/make_frame_plan.h"
+#include "server/render/layers/particles/lower_particles.h"
 #include "server/render/layers/particles/point_paths.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
@@ -100,7 +101,7 @@ TEST(Paths, LieOnACasingInTheBackground) {
     const auto plan = makeFramePlan(scene, Quality::exact());
     ASSERT_EQ(plan.strokes.size(), 2U);
     const Strokes &path = *plan.strokes[0], &casing = *plan.strokes[1];
-    EXPECT_EQ(path.color, glm::vec3(scene.view.layers[0].particles()->pointColor));
+    EXPECT_EQ(path.color, glm::vec3(particlesStyleOf(scene, 0).pointColor));
     EXPECT_EQ(casing.color, glm::vec3(scene.view.background));
     EXPECT_EQ(casing.lines, path.lines);
     ASSERT_EQ(casing.points.size(), path.points.size());

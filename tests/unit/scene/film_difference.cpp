@@ -66,7 +66,10 @@ void collect(const Message& message, Contents& out) {
 
 /// A layer's curves, one after the other.
 std::vector<ColoredCurve> curvesOf(const Layer& layer) {
-    if (layer.particles()) return {{layer.particles()->volumeOpacity}, {layer.particles()->pointFraction}};
+    if (layer.particles()) {
+        const auto style = particlesStyleOf(*layer.particles());
+        return {{style.volumeOpacity}, {style.pointFraction}};
+    }
     if (layer.hybrid() && !layer.hybrid()->curve().empty()) {
         const auto style = hybridStyleOf(*layer.hybrid());
         return {{*style.opacity, style.colors}};
@@ -77,10 +80,11 @@ std::vector<ColoredCurve> curvesOf(const Layer& layer) {
 
 /// All but the curves, with what they say of the colours' range said by itself.
 Layer withoutCurves(Layer layer) {
-    const Curve none = Curve::constant(0.5);
-    if (auto* const particles = std::get_if<ParticlesStyle>(&layer.style)) {
-        particles->volumeOpacity = none;
-        particles->pointFraction = linkedFraction(none);
+    if (auto* const particles = layer.particles(); particles && !particles->volume().curve().empty()) {
+        particles->mutable_volume()->clear_curve();
+        particles->mutable_volume()->add_curve()->set_opacity(0.5);
+        particles->mutable_points()->set_linked(true);
+        particles->mutable_points()->clear_curve();
     }
     if (auto* const ink = std::get_if<proto::InkStyle>(&layer.style)) {
         if (!ink->curve().empty()) ink->mutable_curve()->DeleteSubrange(1, ink->curve_size() - 1);

@@ -145,15 +145,16 @@ TEST(FilmKeyframes, ColourMapsDissolve) {
     ASSERT_EQ(view.layers.size(), 2U);
     EXPECT_NEAR(view.layers[0].opacity, 0.375, 1e-12);
     EXPECT_NEAR(view.layers[1].opacity, 0.25, 1e-12);
-    EXPECT_EQ(view.layers[0].particles()->colorMap.name(), "inferno");
-    EXPECT_EQ(view.layers[1].particles()->colorMap.name(), "viridis");
+    EXPECT_EQ(view.layers[0].particles()->volume().color_map(), "inferno");
+    EXPECT_EQ(view.layers[1].particles()->volume().color_map(), "viridis");
     const auto curve = Curve::create({{0.125, 0.0}, {1.0, 0.3}}).value();
     for (const auto& layer : view.layers) {
         for (const double x : {0.1, 0.5, 1.0})
-            EXPECT_NEAR(layer.particles()->volumeOpacity(x), curve(x), 1e-12)
+            EXPECT_NEAR(particlesStyleOf(*layer.particles()).volumeOpacity(x), curve(x), 1e-12)
                 << "all else lies between in both";
         for (const double x : {0.1, 0.5, 1.0})
-            EXPECT_NEAR(layer.particles()->pointFraction(x), linkedFraction(curve)(x), 1e-12);
+            EXPECT_NEAR(particlesStyleOf(*layer.particles()).pointFraction(x), linkedFraction(curve)(x),
+                        1e-12);
     }
 }
 
@@ -180,6 +181,18 @@ TEST(FilmKeyframes, WhatOneLeavesToTheDatasetDissolves) {
     }
 }
 
+TEST(FilmKeyframes, WhatOneLeavesToItsPlotIsSaidAsBeforeByTheOther) {
+    const std::string said =
+        "{'dataset': 'a/b', 'particles': {'volume': {'curve': [{'density': 0.5, 'opacity': 0.2}],"
+        "'densityRange': [1, 100]}, 'points': {'sizePixels': 4, 'opacity': 0.5, 'color': [1, 0, 0]}}}";
+    const Film film = filmOf(between(said, "{'dataset': 'a/b', 'particles': {}}"));
+    const View view = viewAt(film, 0.25);
+    ASSERT_EQ(view.layers.size(), 2U);
+    EXPECT_EQ(view.layers[0].style, viewAt(film, 0.0).layers[0].style);
+    EXPECT_EQ(view.layers[1].style, viewAt(film, 1.0).layers[0].style);
+    EXPECT_EQ(view.layers[1].particles()->points().has_size_pixels(), false);
+}
+
 TEST(FilmKeyframes, LinkedPointsComeEvenlyWithTheirVolume) {
     const Film film = filmOf(
         between("{'dataset': 'a/b', 'particles': {'volume': {'curve': [{'density': 0, 'opacity': 0}]}}}",
@@ -187,10 +200,10 @@ TEST(FilmKeyframes, LinkedPointsComeEvenlyWithTheirVolume) {
                 "{'density': 1, 'opacity': 0.4}]}}}"));
     const View view = viewAt(film, 0.25);
     ASSERT_EQ(view.layers.size(), 1U);
-    EXPECT_NEAR(view.layers[0].particles()->volumeOpacity(1.0), 0.1, 1e-12);
-    EXPECT_NEAR(view.layers[0].particles()->pointFraction(0.5), 1.0, 1e-12);
-    EXPECT_NEAR(view.layers[0].particles()->pointFraction(1.0), 0.75, 1e-12)
-        << "without a volume there were all";
+    const auto style = particlesStyleOf(*view.layers[0].particles());
+    EXPECT_NEAR(style.volumeOpacity(1.0), 0.1, 1e-12);
+    EXPECT_NEAR(style.pointFraction(0.5), 1.0, 1e-12);
+    EXPECT_NEAR(style.pointFraction(1.0), 0.75, 1e-12) << "without a volume there were all";
 }
 
 TEST(FilmKeyframes, ColourRangesFollowTheirCurves) {

@@ -201,7 +201,7 @@ TEST(FilmScript, MixesLengthsAsPixels) {
     const auto between = lengthsInPixels(parseView(film.frame(1)).value());
     EXPECT_DOUBLE_EQ(between.layers[0].stipple()->spacing_pixels(), 12.6);
     EXPECT_DOUBLE_EQ(between.layers[0].stipple()->dot_pixels(), 3.6);
-    EXPECT_NEAR(between.annotations->fontPixels(100, 1440, 1.0), 32.0, 1e-9);
+    EXPECT_NEAR(fontPixels(*between.annotations, 100, 1440, 1.0), 32.0, 1e-9);
     EXPECT_EQ(film.frame(2).scale(), 4.0);
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What a view says beside its styles: colours by a column, selections, highlights, paths, annotations.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "protocol/scene/film/layers_between.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
@@ -46,19 +48,18 @@ TEST(LayerParts, HaveTheirDefaults) {
                                          "'paths': {'ids': [9, 4, 9]}"))
                           .value();
     const auto& layer = view.layers[0];
-    EXPECT_EQ(layer.colorBy->column, "energy");
-    EXPECT_FALSE(layer.colorBy->range);
-    EXPECT_EQ(layer.colorBy->colorMap.name(), "viridis");
-    EXPECT_FALSE(layer.colorBy->ofPixel);
-    EXPECT_EQ(toProto(*layer.colorBy).of_pixel(), "");
+    EXPECT_EQ(layer.colorBy->column(), "energy");
+    EXPECT_FALSE(colorRangeOf(*layer.colorBy));
+    EXPECT_EQ(colorMapOf(*layer.colorBy).name(), "viridis");
+    EXPECT_EQ(layer.colorBy->of_pixel(), "");
     EXPECT_EQ(layer.select->ids, std::vector<std::uint64_t>{1});
     EXPECT_EQ(layer.highlight->selection.density->max, 0.2);
     EXPECT_EQ(layer.highlight->color, srgbToLinear(glm::dvec3(0.2, 1.0, 0.6)));
     EXPECT_FALSE(layer.highlight->pointSize);
     EXPECT_EQ(layer.highlight->opacity, ParticlesStyle::opacityLimit);
-    EXPECT_EQ(layer.paths->ids, (std::vector<std::uint64_t>{4, 9}));
-    EXPECT_FALSE(layer.paths->color);
-    EXPECT_EQ(layer.paths->width, 1.5);
+    EXPECT_THAT(layer.paths->ids(), testing::ElementsAre(4, 9));
+    EXPECT_TRUE(layer.paths->color().empty());
+    EXPECT_FALSE(layer.paths->has_width());
     EXPECT_FALSE(view.annotations);
 }
 
@@ -68,7 +69,7 @@ TEST(LayerParts, PointsThatHideEachOtherHaveTheColorOfTheNearest) {
             viewOf("{'width': 8, 'height': 8, 'layers': [{'dataset': 'a/b', 'colorBy': {'column': 'x'" +
                    ofPixel + "}, 'particles': {'points': {" + points + "}}}]}")
                 .layers[0];
-        return layer.colorBy->ofNearest(*layer.particles());
+        return colorsOfNearest(*layer.colorBy, particlesStyleOf(*layer.particles()));
     };
     EXPECT_FALSE(ofNearest("", ""));
     EXPECT_FALSE(ofNearest("'opacity': 0.49", ""));
@@ -268,12 +269,12 @@ TEST(LayerParts, GrowWithThePicture) {
     const auto scaled = magnified(view, 3).value();
     const auto larger = lengthsInPixels(scaled);
     EXPECT_EQ(larger.layers[0].highlight->pointSize, 6.0);
-    EXPECT_EQ(larger.layers[0].paths->width, 4.5);
+    EXPECT_EQ(larger.layers[0].paths->width(), 4.5);
     EXPECT_EQ(larger.layers[0].colorBy, view.layers[0].colorBy);
-    EXPECT_NEAR(view.annotations->fontPixels(80, 60, 1.0), 16.0, 1e-12) << "12 points at 96 pixels an inch";
-    EXPECT_NEAR(scaled.annotations->fontPixels(scaled.width, scaled.height, scaled.scale), 48.0, 1e-12);
-    EXPECT_NEAR(larger.annotations->fontPixels(larger.width, larger.height, larger.scale), 48.0, 1e-12);
-    EXPECT_NEAR(magnified(larger, 2).value().annotations->fontPixels(480, 360, 1.0), 96.0, 1e-12);
+    EXPECT_NEAR(fontPixels(*view.annotations, 80, 60, 1.0), 16.0, 1e-12) << "12 points at 96 pixels an inch";
+    EXPECT_NEAR(fontPixels(*scaled.annotations, scaled.width, scaled.height, scaled.scale), 48.0, 1e-12);
+    EXPECT_NEAR(fontPixels(*larger.annotations, larger.width, larger.height, larger.scale), 48.0, 1e-12);
+    EXPECT_NEAR(fontPixels(*magnified(larger, 2).value().annotations, 480, 360, 1.0), 96.0, 1e-12);
     EXPECT_EQ(magnified(view, 1).value(), view);
 }
 
@@ -282,19 +283,14 @@ TEST(Annotations, HaveTheirDefaultsAndComeBack) {
         return *parseView(viewWith("particles", "'step': 0", ", 'annotations': " + json)).value().annotations;
     };
     const auto none = annotationsOf("{}");
-    EXPECT_EQ(none, Annotations());
+    EXPECT_EQ(none, proto::Annotations());
     const auto all = annotationsOf(
         "{'axes': true, 'colorBar': true, 'scaleBar': true, 'labels': true, 'title': 'a title',"
         "'fontPoints': 7.5, 'printWidth': 85, 'color': [1, 0, 1]}");
-    EXPECT_TRUE(all.axes && all.colorBar && all.scaleBar && all.labels);
-    EXPECT_EQ(all.title, "a title");
-    EXPECT_EQ(all.color, glm::dvec3(1.0, 0.0, 1.0));
-    EXPECT_NEAR(all.fontPixels(850, 600, 1.0), 7.5 / 72.0 * 254.0, 1e-12);
-    for (const auto& annotations : {none, all}) {
-        const auto again = parseAnnotations(toProto(annotations));
-        ASSERT_TRUE(again.ok());
-        EXPECT_EQ(*again, annotations);
-    }
+    EXPECT_TRUE(all.axes() && all.color_bar() && all.scale_bar() && all.labels());
+    EXPECT_EQ(all.title(), "a title");
+    EXPECT_THAT(all.color(), testing::ElementsAre(1.0, 0.0, 1.0));
+    EXPECT_NEAR(fontPixels(all, 850, 600, 1.0), 7.5 / 72.0 * 254.0, 1e-12);
 }
 
 TEST(Annotations, SayWhichFieldIsWrong) {
@@ -310,17 +306,18 @@ TEST(Annotations, SayWhichFieldIsWrong) {
 }
 
 TEST(Annotations, MixTheirNumbers) {
-    Annotations small, large;
-    small.title = "from";
-    small.color = glm::dvec3(0.0);
-    large.fontPoints = 17.0;
-    large.title = "to";
+    proto::Annotations small, large;
+    small.set_title("from");
+    for (int i = 0; i < 3; ++i) small.add_color(0.0);
+    large.set_font_points(17.0);
+    large.set_title("to");
     const auto mixed = mixAnnotations(small, large, 0.25);
-    EXPECT_EQ(mixed->fontPoints, 11.0);
-    EXPECT_EQ(mixed->title, "from");
-    EXPECT_EQ(mixed->color, small.color);
-    large.color = glm::dvec3(1.0);
-    EXPECT_EQ(mixAnnotations(small, large, 0.25)->color, glm::dvec3(0.25));
+    EXPECT_EQ(mixed->font_points(), 11.0);
+    EXPECT_EQ(mixed->title(), "from");
+    EXPECT_THAT(mixed->color(), testing::Each(0.0));
+    for (int i = 0; i < 3; ++i) large.add_color(1.0);
+    EXPECT_THAT(mixAnnotations(small, large, 0.25)->color(),
+                testing::Each(testing::DoubleNear(linearToSrgb(0.25), 1e-12)));
     EXPECT_EQ(mixAnnotations(small, std::nullopt, 0.9), small);
     EXPECT_EQ(mixAnnotations(std::nullopt, small, 0.9), std::nullopt);
 }

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "protocol/scene/field_visitor.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote {
@@ -13,6 +12,10 @@ namespace {
 
 Curve curve(std::vector<Curve::Knot> knots) {
     return Curve::create(std::move(knots)).value();
+}
+
+ParticlesStyle styleOf(const proto::ParticlesStyle& message) {
+    return particlesStyleOf(parseParticlesStyle(message).value());
 }
 
 TEST(LinkedFraction, IsOneMinusTheNormalisedOpacity) {
@@ -34,42 +37,56 @@ TEST(LinkedFraction, AnEvenVolumeLeavesNone) {
 }
 
 TEST(ParticlesStyle, DefaultsAreTheDocumentedOnes) {
-    const auto style = parseParticlesStyle({});
-    ASSERT_TRUE(style.ok());
-    EXPECT_EQ(style->pointOpacity, 0.25);
-    EXPECT_EQ(style->pointSize, 1.0);
-    EXPECT_EQ(style->colorMap.name(), "inferno");
-    EXPECT_EQ(style->pointColor, srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)));
-    EXPECT_EQ(style->pointFraction, linkedFraction(style->volumeOpacity));
-    EXPECT_GT(style->volumeOpacity.maximum(), 0.0);
+    const auto style = styleOf({});
+    EXPECT_EQ(style.pointOpacity, 0.25);
+    EXPECT_EQ(style.pointSize, 1.0);
+    EXPECT_EQ(style.colorMap.name(), "inferno");
+    EXPECT_EQ(style.pointColor, srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)));
+    EXPECT_EQ(style.pointFraction, linkedFraction(style.volumeOpacity));
+    EXPECT_GT(style.volumeOpacity.maximum(), 0.0);
+    EXPECT_EQ(particlesStyleOf(parseParticlesStyle({}).value(), 1440).pointSize, 2.0) << "of 720 lines: 1";
 }
 
 TEST(ParticlesStyle, WhatIsNotSaidIsLeftToThePlot) {
     proto::ParticlesStyle message;
-    auto style = parseParticlesStyle(message).value();
+    auto style = styleOf(message);
     EXPECT_TRUE(style.curveByPlot && style.opacityByPlot && style.sizeByPlot);
     message.mutable_points()->set_opacity(0.25);
     message.mutable_points()->set_size_pixels(1.0);
     message.mutable_points()->set_linked(false);
     message.mutable_points()->add_curve()->set_fraction(1.0);
-    style = parseParticlesStyle(message).value();
+    style = styleOf(message);
     EXPECT_FALSE(style.curveByPlot || style.opacityByPlot || style.sizeByPlot);
 }
 
-TEST(ParticlesStyle, WhatIsLeftToThePlotIsWrittenAsSuch) {
+TEST(ParticlesStyle, WhatIsLeftToThePlotStaysSo) {
     const auto style = parseParticlesStyle({}).value();
-    proto::Layer layer;
-    writeStyle(style, layer);
-    EXPECT_EQ(parseParticlesStyle(layer.particles()).value(), style);
-    EXPECT_TRUE(layer.particles().volume().curve().empty());
-    EXPECT_FALSE(layer.particles().points().has_opacity() || layer.particles().points().has_size_pixels());
+    EXPECT_EQ(parseParticlesStyle(style).value().SerializeAsString(), style.SerializeAsString());
+    EXPECT_TRUE(style.volume().curve().empty());
+    EXPECT_FALSE(style.points().has_opacity() || style.points().has_size_pixels());
+}
+
+TEST(ParticlesStyle, PointsThatGiveWayToTheVolumeAreLinkedWhoeverSaysIt) {
+    proto::ParticlesStyle message;
+    auto& points = *message.mutable_points();
+    points.set_linked(false);
+    auto* knot = points.add_curve();
+    knot->set_density(0.62);
+    knot->set_fraction(1.0);
+    points.add_curve()->set_density(0.82);
+    const auto style = parseParticlesStyle(message).value();
+    EXPECT_EQ(style.volume().curve_size(), 2) << "a curve beside which points have their own is said";
+    EXPECT_TRUE(style.points().linked());
+    EXPECT_TRUE(style.points().curve().empty());
+    points.mutable_curve(0)->set_fraction(0.9);
+    EXPECT_FALSE(parseParticlesStyle(message).value().points().linked());
 }
 
 TEST(ParticlesStyle, ExtinctionGivesTheOpacityOverItsLength) {
     proto::ParticlesStyle message;
     auto* knot = message.mutable_volume()->add_curve();
     knot->set_opacity(0.3);
-    const auto transfer = parseParticlesStyle(message)->transfer();
+    const auto transfer = styleOf(message).transfer();
     // exp(-extinction / 32) is what a ray through 1/32 leaves.
     EXPECT_NEAR(std::exp(-transfer.extinction(0.5) / 32.0), 0.7, 1e-12);
     EXPECT_NEAR(transfer.extinction(-0.0625), 0.5 * transfer.extinction(0.0), 1e-12);
@@ -82,7 +99,7 @@ TEST(ParticlesStyle, FullOpacityStaysFinite) {
     proto::ParticlesStyle message;
     message.mutable_volume()->add_curve()->set_opacity(1.0);
     message.mutable_points()->set_opacity(1.0);
-    const auto style = parseParticlesStyle(message).value();
+    const auto style = styleOf(message);
     EXPECT_TRUE(std::isfinite(style.transfer().extinction(0.5)));
     EXPECT_EQ(style.pointOpacity, ParticlesStyle::opacityLimit);
     // What is left is less than half an 8-bit step of sRGB near black.
@@ -95,9 +112,7 @@ TEST(ParticlesStyle, UnlinkedPointsHaveTheirOwnCurve) {
     auto* knot = message.mutable_points()->add_curve();
     knot->set_density(0.5);
     knot->set_fraction(0.25);
-    const auto style = parseParticlesStyle(message);
-    ASSERT_TRUE(style.ok());
-    EXPECT_EQ(style->pointFraction, Curve::create({{0.5, 0.25}}).value());
+    EXPECT_EQ(styleOf(message).pointFraction, Curve::create({{0.5, 0.25}}).value());
 }
 
 TEST(ParticlesStyle, PointsHaveACurveWhereTheyAreNotLinked) {

@@ -18,7 +18,7 @@ PlotDensity plotOf(std::uint64_t particles, double weight) {
 
 ParticlesStyle resolved(const PlotDensity& plot, const proto::ParticlesStyle& message = {},
                         bool onLight = false) {
-    auto style = parseParticlesStyle(message).value();
+    auto style = particlesStyleOf(parseParticlesStyle(message).value());
     resolveByPlot(style, plot, onLight);
     return style;
 }

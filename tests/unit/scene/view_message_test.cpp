@@ -21,9 +21,6 @@ constexpr double rounding = 1e-12;
 void snap(glm::dvec3& value, const glm::dvec3& to) {
     if (glm::length(value - to) < rounding) value = to;
 }
-void snap(ParticlesStyle& style, const ParticlesStyle& to) {
-    snap(style.pointColor, to.pointColor);
-}
 /// Styles that are messages come back to the digit, but for normals that are made unit again.
 void snap(google::protobuf::Message&, const google::protobuf::Message&) {}
 void snap(proto::HybridStyle& style, const proto::HybridStyle& to) {
@@ -37,12 +34,8 @@ void snap(proto::HybridStyle& style, const proto::HybridStyle& to) {
     }
 }
 
-void snap(std::optional<glm::dvec3>& value, const std::optional<glm::dvec3>& to) {
-    if (value && to) snap(*value, *to);
-}
 void snapParts(Layer& layer, const Layer& to) {
     if (layer.highlight && to.highlight) snap(layer.highlight->color, to.highlight->color);
-    if (layer.paths && to.paths) snap(layer.paths->color, to.paths->color);
 }
 
 /// The view as it comes back, without rounding.
@@ -58,7 +51,6 @@ View again(const View& view) {
             result.layers[i].style);
         snapParts(result.layers[i], view.layers[i]);
     }
-    if (result.annotations && view.annotations) snap(result.annotations->color, view.annotations->color);
     return result;
 }
 
@@ -163,7 +155,7 @@ TEST(Magnified, EveryLengthInPixels) {
     EXPECT_EQ(larger->scale, 3.0);
     const View pixels = lengthsInPixels(*larger);
     EXPECT_EQ(pixels.scale, 1.0);
-    EXPECT_EQ(pixels.layers[0].particles()->pointSize, 4.5);
+    EXPECT_EQ(pixels.layers[0].particles()->points().size_pixels(), 4.5);
     EXPECT_EQ(pixels.layers[1].stipple()->spacing_pixels(), 18.0);
     EXPECT_EQ(pixels.layers[1].stipple()->dot_pixels(), 9.0);
     EXPECT_EQ(pixels.layers[1].stipple()->least_dot_pixels(), 3.0);
@@ -190,9 +182,9 @@ std::vector<double> lengthsOf(const std::string& lines, const std::string& lengt
             ink.hatch.spacing,
             ink.hatch.width,
             ink.reading,
-            view.layers[2].paths->width,
+            view.layers[2].paths->width(),
             view.layers[3].mesh()->wire_width(),
-            view.annotations->fontPixels(view.width, view.height, view.scale)};
+            fontPixels(*view.annotations, view.width, view.height, view.scale)};
 }
 
 TEST(Lengths, ThatAreLeftOutGrowWithThePicture) {

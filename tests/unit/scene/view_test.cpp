@@ -40,7 +40,7 @@ TEST(View, IsReadAsItWasWritten) {
     EXPECT_EQ(view->layers[0].dataset, "data/beam");
     EXPECT_EQ(view->layers[0].step, 2U);
     EXPECT_EQ(view->layers[0].transform, glm::dmat4(1.0));
-    EXPECT_EQ(view->layers[1].particles()->pointOpacity, 0.25);
+    EXPECT_EQ(view->layers[1].particles()->points().opacity(), 0.25);
     // Row by row: the fourth column moves.
     EXPECT_EQ(view->layers[1].transform * glm::dvec4(1.0, 1.0, 1.0, 1.0), glm::dvec4(7.0, 9.0, 11.0, 1.0));
 }

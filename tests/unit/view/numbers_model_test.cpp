@@ -5,7 +5,7 @@
 #include "client/view/numbers/quantities.h"
 #include "client/view/numbers/selection_edits.h"
 #include "protocol/scene/json.h"
-#include "protocol/scene/paths.h"
+#include "protocol/scene/layer_parts.h"
 #include "protocol/scene/view.h"
 #include "tests/support/any_selection.h"
 
@@ -73,7 +73,7 @@ TEST(NumbersModel, WhatAViewHasIsWrittenAsItWas) {
     EXPECT_EQ(after->layers[0].select, before->layers[0].select);
     EXPECT_EQ(after->layers[0].highlight->selection, before->layers[0].highlight->selection);
     EXPECT_EQ(after->layers[0].highlight->pointSize, before->layers[0].highlight->pointSize);
-    EXPECT_EQ(after->layers[0].paths->ids, before->layers[0].paths->ids);
+    EXPECT_EQ(after->layers[0].paths, before->layers[0].paths);
     EXPECT_EQ(after->layers[1], before->layers[1]);
     EXPECT_EQ(after->layers[2], before->layers[2]);
 }
@@ -168,10 +168,10 @@ TEST(NumbersModel, AnotherDatasetIsAskedForNothingThatItHasNot) {
 
 TEST(NumbersModel, PathsHaveAnEnd) {
     NumbersModel model;
-    for (std::uint64_t id = 0; id < Paths::maxIds; ++id) ASSERT_TRUE(model.addPath(id).ok());
+    for (std::uint64_t id = 0; id < mostPathIds; ++id) ASSERT_TRUE(model.addPath(id).ok());
     EXPECT_TRUE(model.addPath(7).ok());  // there already
     EXPECT_FALSE(model.addPath(1 << 20).ok());
-    EXPECT_EQ(model.pathIds().size(), static_cast<std::size_t>(Paths::maxIds));
+    EXPECT_EQ(model.pathIds().size(), static_cast<std::size_t>(mostPathIds));
 }
 
 TEST(Quantities, AreColumnsAndWhatCanBeMadeOfThem) {

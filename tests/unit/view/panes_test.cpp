@@ -229,9 +229,9 @@ TEST(PanesOfAWindow, PlayWhatHasSteps) {
 TEST(PaneLetters, AreReadAtAnySize) {
     const auto pixelsOf = [](proto::View view, const PictureArea& area) {
         keepLettersReadable(view, area);
-        const auto annotations = parseAnnotations(view.annotations());
-        return annotations.ok()
-                   ? annotations->fontPixels(area.columns, area.rows, view.has_scale() ? view.scale() : 1.0)
+        const double scale = view.has_scale() ? view.scale() : 1.0;
+        return checkAnnotations(view.annotations()).ok()
+                   ? fontPixels(view.annotations(), area.columns, area.rows, scale)
                    : 0.0;
     };
     proto::View view;

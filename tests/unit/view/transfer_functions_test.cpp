@@ -26,7 +26,7 @@ TransferFunctions ramp() {
 ParticlesStyle parsed(const TransferFunctions& functions) {
     proto::ParticlesStyle message;
     functions.write(message);
-    return parseParticlesStyle(message).value();
+    return particlesStyleOf(parseParticlesStyle(message).value());
 }
 
 TEST(TransferFunctions, LinkedPointsMirrorTheVolume) {

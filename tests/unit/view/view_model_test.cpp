@@ -79,11 +79,13 @@ TEST(ViewModel, ALoadedViewIsTheViewThatIsShown) {
     const auto saved = parseView(savedView()).value();
     EXPECT_EQ(shown.layers.size(), 2U);
     EXPECT_EQ(shown.camera, saved.camera);
-    EXPECT_EQ(shown.layers[0].particles()->volumeOpacity, saved.layers[0].particles()->volumeOpacity);
-    EXPECT_EQ(shown.layers[0].particles()->pointFraction, saved.layers[0].particles()->pointFraction);
-    EXPECT_EQ(shown.layers[0].particles()->colorMap, saved.layers[0].particles()->colorMap);
+    const auto drawn = particlesStyleOf(*shown.layers[0].particles());
+    const auto wanted = particlesStyleOf(*saved.layers[0].particles());
+    EXPECT_EQ(drawn.volumeOpacity, wanted.volumeOpacity);
+    EXPECT_EQ(drawn.pointFraction, wanted.pointFraction);
+    EXPECT_EQ(drawn.colorMap, wanted.colorMap);
     // Colours pass through floats.
-    EXPECT_NEAR(shown.layers[0].particles()->pointColor.y, saved.layers[0].particles()->pointColor.y, 1e-6);
+    EXPECT_NEAR(drawn.pointColor.y, wanted.pointColor.y, 1e-6);
     EXPECT_NEAR(shown.background.z, saved.background.z, 1e-6);
     EXPECT_EQ(shown.layers[1], saved.layers[1]);
 }
@@ -155,7 +157,7 @@ TEST(ViewModel, CurvesAreThoseOfThePlotUntilTheyAreEdited) {
     ViewModel model;
     model.setDataset("data/large", largePlot());
     auto& functions = controls<ParticlesEditor>(model).functions;
-    auto style = parseParticlesStyle({}).value();
+    auto style = particlesStyleOf(parseParticlesStyle({}).value());
     resolveByPlot(style, PlotDensity::of(largePlot().particles()));
     EXPECT_EQ(functions.knots(TransferFunctions::Which::volume), style.volumeOpacity.knots());
     EXPECT_GT(style.volumeOpacity.maximum(), 0.0);

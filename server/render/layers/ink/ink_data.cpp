@@ -31,7 +31,7 @@ Curve steep(const Curve& curve) {
 }
 
 TransferFunction densityTransfer(const InkStyle& style) {
-    auto particles = parseParticlesStyle({}).value();
+    auto particles = particlesStyleOf(parseParticlesStyle({}).value());
     particles.volumeOpacity = style.opacity ? *style.opacity : steep(particles.volumeOpacity);
     return particles.transfer();
 }

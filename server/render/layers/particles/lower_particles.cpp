@@ -220,10 +220,10 @@ void cut(PointsPlan& points, const HalfSpaces& clips, const Lowering& out) {
 }
 
 /// Without values, points have the colour of their look. The preview knows no values.
-std::optional<PointColors> colorsOf(const Layer& layer, std::shared_ptr<const PointValues> values) {
+std::optional<PointColors> colorsOf(const Layer& layer, const ParticlesStyle& style,
+                                    std::shared_ptr<const PointValues> values) {
     if (!layer.colorBy || values == nullptr) return std::nullopt;
-    return PointColors{std::move(values), layer.colorBy->colorMap,
-                       layer.colorBy->ofNearest(*layer.particles())};
+    return PointColors{std::move(values), colorMapOf(*layer.colorBy), colorsOfNearest(*layer.colorBy, style)};
 }
 
 /// Whether a picture goes without the octree, since that is large and on its way.
@@ -250,11 +250,11 @@ std::shared_ptr<const PointValues> meansOf(const std::shared_ptr<const storage::
     return out.selections.leafMeans(step, colors->values);
 }
 
-/// Of the field that a layer's volume is; `map`: of the values that colour it, if any do.
-TransferFunction transferOf(const ParticlesStyle& style, const ColorMap* map) {
+/// Of the field that a layer's volume is; `byValues`: it is coloured by values.
+TransferFunction transferOf(const Layer& layer, const ParticlesStyle& style, bool byValues) {
     auto transfer = style.transfer();
-    if (map == nullptr) return transfer;
-    transfer.colorMap = *map;
+    if (!byValues) return transfer;
+    transfer.colorMap = colorMapOf(*layer.colorBy);
     transfer.colorRange = {0.0, 1.0};
     return transfer;
 }
@@ -265,7 +265,7 @@ void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& sty
     const Layer& layer = scene.view.layers[index];
     if (auto chosen = partOf(scene.highlights, index); layer.highlight && chosen) {
         out.highlights.emplace_back(
-            [&layer, &style, chosen = std::move(chosen), ways = waysOf(scene, index, out), inEye, &out] {
+            [&layer, style, chosen = std::move(chosen), ways = waysOf(scene, index, out), inEye, &out] {
                 auto step = ways == nullptr
                                 ? chosen
                                 : movePoints(*chosen, nullptr, *ways, layer.towards->share, nullptr).step;
@@ -280,7 +280,13 @@ void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& sty
 
 }  // namespace
 
-void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle& style, Lowering& out) {
+ParticlesStyle particlesStyleOf(const Scene& scene, std::size_t index) {
+    if (index < scene.particles.size() && scene.particles[index]) return *scene.particles[index];
+    return mote::particlesStyleOf(*scene.view.layers[index].particles());
+}
+
+void lowerParticles(const Scene& scene, std::size_t index, Lowering& out) {
+    const ParticlesStyle style = particlesStyleOf(scene, index);
     const FramePlan& plan = out.plan;
     const Layer& layer = scene.view.layers[index];
     const auto& step = scene.steps[index];
@@ -288,7 +294,7 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
     const glm::dmat4 boxToEye = layerToEye * plotToLayer();
     const Bounds inEye = plotBounds.transformed(layerToEye);
     out.addBox(inEye);
-    auto colors = colorsOf(layer, partOf(scene.values, index));
+    auto colors = colorsOf(layer, style, partOf(scene.values, index));
     const auto means = meansOf(step, style, colors, out);
     PointsPlan points{.layer = index,
                       .step = step,
@@ -324,7 +330,7 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
     FieldPlan field{.layer = index,
                     .boxToEye = layerToEye * boxToLayer,
                     .boxToLayer = glm::dmat3(boxToLayer),
-                    .transfer = transferOf(style, means ? &layer.colorBy->colorMap : nullptr),
+                    .transfer = transferOf(layer, style, means != nullptr),
                     .clips = inSpace(clips, boxToLayer),
                     .samples = DensityField()};
     field.samples = DensityField{step, volume, layer.opacity, means};

@@ -17,15 +17,15 @@ namespace mote::render {
 
 /// Makes the ways of particles through a run strokes (docs/PICTURE.md, "Paths"), in pixels of a plan, of
 /// which so many are a pixel of the view: what lies nearer than is seen is cut off.
-Strokes pathStrokes(const Layer& layer, const Paths& style, const glm::dvec3& pointColor,
+Strokes pathStrokes(const Layer& layer, const proto::Paths& style, const glm::dvec3& pointColor,
                     const PointPaths& paths, const FramePlan& plan, double pixels);
 
 /// The same lines, a pixel of a picture of 720 lines wider on both sides, in the plan's background: what a
 /// path passes ends beside it.
 Strokes pathCasing(Strokes paths, const FramePlan& plan);
 
-void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointColor, const PointPaths& paths,
-                Lowering& out);
+void lowerPaths(const Layer& layer, const proto::Paths& style, const glm::dvec3& pointColor,
+                const PointPaths& paths, Lowering& out);
 
 /// Makes highlighted points fragments: all of a pixel's stand at one depth and have one colour, so they are
 /// one (docs/PICTURE.md, "Highlights"). Uses all threads of the calling arena. `points`: all of its points
@@ -33,8 +33,10 @@ void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointC
 void lowerHighlight(const Layer& layer, const Highlight& highlight, const ParticlesStyle& style,
                     const storage::ParticleStep& points, const Bounds& inEye, Lowering& out);
 
-/// `index`: of the layer in the scene's view. Throws storage::StorageError if the octree's bytes are
-/// damaged.
-void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle& style, Lowering& out);
+/// How a layer of particles is drawn; `index`: of the layer in the scene's view, here and below.
+ParticlesStyle particlesStyleOf(const Scene& scene, std::size_t index);
+
+/// Throws storage::StorageError if the octree's bytes are damaged.
+void lowerParticles(const Scene& scene, std::size_t index, Lowering& out);
 
 }  // namespace mote::render

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/length_scale.h"
 
 namespace mote::render {
@@ -66,12 +67,12 @@ class PathPen {
 
 }  // namespace
 
-Strokes pathStrokes(const Layer& layer, const Paths& style, const glm::dvec3& pointColor,
+Strokes pathStrokes(const Layer& layer, const proto::Paths& style, const glm::dvec3& pointColor,
                     const PointPaths& paths, const FramePlan& plan, double pixels) {
     Strokes strokes;
-    strokes.color = glm::vec3(style.color.value_or(pointColor));
+    strokes.color = glm::vec3(colorOf(style, style.kColorFieldNumber).value_or(pointColor));
     strokes.opacity = static_cast<float>(layer.opacity);
-    PathPen pen(plan, style.width * pixels, strokes);
+    PathPen pen(plan, lengthOf(style, style.kWidthFieldNumber) * pixels, strokes);
     const glm::dmat4 toEye = plan.camera.worldToEye() * layer.transform;
     const auto inEye = [&](const glm::dvec3& place) { return glm::dvec3(toEye * glm::dvec4(place, 1.0)); };
     const auto clips = layer.clips();
@@ -101,8 +102,8 @@ Strokes pathCasing(Strokes paths, const FramePlan& plan) {
 }
 
 /// Of equal depths the paths, which come first, lie in front.
-void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointColor, const PointPaths& paths,
-                Lowering& out) {
+void lowerPaths(const Layer& layer, const proto::Paths& style, const glm::dvec3& pointColor,
+                const PointPaths& paths, Lowering& out) {
     auto strokes =
         std::make_shared<Strokes>(pathStrokes(layer, style, pointColor, paths, out.plan, out.pixels));
     if (strokes->empty()) return;
