@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/view/apply_edits.h"
+#include "client/view/numbers/quantities.h"
 #include "client/view/slider_values.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/view.h"
@@ -59,6 +60,7 @@ void ViewModel::copy(const ViewModel& other) {
     loaded_ = other.loaded_;
     hadDataset_ = other.hadDataset_;
     known_ = other.known_;
+    plots_ = other.plots_;
     opacities_ = other.opacities_;
     ++jumps_;
     camera_ = other.camera_;
@@ -298,6 +300,14 @@ void ViewModel::describe(const proto::Manifest& manifest) {
 
 void ViewModel::know(const std::string& name, const proto::Manifest& manifest) {
     known_[name] = {datasetBounds(manifest), stepCount(manifest), datasetOutlook(manifest)};
+    if (!manifest.has_particles()) return;
+    auto& plot = plots_[name] = {};
+    for (const auto& quantity : quantitiesOf(manifest.particles())) plot.quantities.insert(quantity.name);
+    // Inputs are named from the folder of the dataset.
+    const auto folder = name.substr(0, name.rfind('/') + 1);
+    const auto& made = manifest.request().particles();
+    for (const auto& input : made.inputs()) plot.run += folder + input + "\n";
+    if (!plot.run.empty()) plot.run += made.species();
 }
 
 std::vector<std::string> ViewModel::unknownDatasets() const {
@@ -345,17 +355,45 @@ Camera ViewModel::fitted(const proto::View& view) const {
     return parsed->camera;
 }
 
-bool ViewModel::followSelections(const std::string& dataset, const SelectionsShown& before,
-                                 const SelectionsShown& now) {
-    for (int i = 0; i < message_.layers_size(); ++i) {
-        if (message_.layers(i).dataset() != dataset || !message_.layers(i).has_particles()) continue;
-        const int edited = chosen_;
-        choose(i);
-        const bool changed = numbers.follow(before, now);
-        choose(edited);
-        return changed;
+namespace {
+
+/// What all plots with these quantities understand.
+SelectionsShown ofQuantities(SelectionsShown shown, const std::set<std::string>& quantities) {
+    const auto all = shown.named;
+    shown.named.Clear();
+    for (const auto& each : all) {
+        const auto columns = columnsIn(each.selection(), all);
+        if (!dependsOnPlot(each.selection(), all) && std::ranges::includes(quantities, columns))
+            *shown.named.Add() = each;
     }
-    return false;
+    const auto isHighlighted = [&](const auto& each) { return each.name() == shown.highlighted; };
+    if (std::ranges::none_of(shown.named, isHighlighted)) shown.highlighted.clear();
+    return shown;
+}
+
+}  // namespace
+
+bool ViewModel::followSelections(const ViewModel& other, const SelectionsShown& before,
+                                 const SelectionsShown& now) {
+    const int edited = chosen_;
+    const auto& from = other.dataset();
+    const auto theirs = other.plots_.find(from);
+    std::set<std::string> done;
+    bool changed = false;
+    for (int i = 0; i < message_.layers_size(); ++i) {
+        const std::string to = message_.layers(i).dataset();
+        const auto mine = plots_.find(to);
+        const bool related = theirs != other.plots_.end() && mine != plots_.end() &&
+                             !mine->second.run.empty() && mine->second.run == theirs->second.run;
+        if (!message_.layers(i).has_particles() || !(to == from || related) || !done.insert(to).second)
+            continue;
+        choose(i);
+        changed |= to == from ? numbers.follow(before, now)
+                              : numbers.follow(ofQuantities(before, mine->second.quantities),
+                                               ofQuantities(now, mine->second.quantities));
+    }
+    choose(edited);
+    return changed;
 }
 
 std::optional<Bounds> ViewModel::worldBounds() const {

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -124,10 +125,10 @@ class ViewModel {
     /// What is edited of it, by its kind.
     LayerEditor& editor() { return *editor_; }
 
-    /// Takes over what changed of the selections of a dataset in another view, where a layer draws its
-    /// particles here. False where nothing changes.
-    bool followSelections(const std::string& dataset, const SelectionsShown& before,
-                          const SelectionsShown& now);
+    /// Takes over what changed of the selections of another view's dataset, where a layer draws its particles
+    /// here, or those of another plot of its run: then what means the same there. False where nothing
+    /// changes.
+    bool followSelections(const ViewModel& other, const SelectionsShown& before, const SelectionsShown& now);
 
     /// The camera: until the user moves it the one that the server fitted, or before that is known one that
     /// is fitted to all layers whose datasets are known.
@@ -174,7 +175,14 @@ class ViewModel {
     bool loaded_ = false;  // from a file; otherwise made here
     int chosen_ = 0;
     std::unique_ptr<LayerEditor> editor_;
-    FilmDatasets known_;       // all that were described
+    /// What a plot of a run has for selections.
+    struct Plot {
+        std::string run;  // what it was made of; empty: not known
+        std::set<std::string> quantities;
+    };
+
+    FilmDatasets known_;  // all that were described
+    std::map<std::string, Plot> plots_;
     bool described_ = false;   // the editor was told of the dataset
     bool hadDataset_ = false;  // since the view was loaded
     std::uint64_t jumps_ = 0;

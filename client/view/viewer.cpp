@@ -326,7 +326,11 @@ void Viewer::showPictures(const PictureArea& whole) const {
     for (std::size_t i = 0; i < panes_.size(); ++i) panes_[i].drawPicture(paneArea(whole, i, panes_.size()));
 }
 
+/// Not while the mouse holds something of a pane's.
 void Viewer::setPanes(std::size_t count) {
+    if (ImGui::IsAnyMouseDown()) return;
+    if (!pane().shown && !model().isLoaded())
+        return say("Nothing is shown yet that a view could begin with.");
     film_.stop();
     panes_.setCount(count);
 }

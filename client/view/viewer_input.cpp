@@ -317,8 +317,10 @@ void Viewer::play() {
     auto& model = timed().model;
     if (!timed().shown) return;
     bool seen = timed().isSeen();
-    for (std::size_t i = 0; i < panes_.size() && panes_.links().steps; ++i)
-        seen &= panes_[i].isSeen() || !panes_[i].failure.empty();
+    for (std::size_t i = 0; i < panes_.size() && panes_.links().steps; ++i) {
+        const bool comes = panes_.line(i).state() == Connection::State::connected;
+        seen &= !comes || panes_[i].isSeen() || !panes_[i].failure.empty();
+    }
     const auto step = playback_.next(ImGui::GetTime(), model.timedLayer().step(), model.timedSteps(), seen);
     if (!step) return;
     model.setTimedStep(*step);
@@ -458,7 +460,9 @@ void Viewer::makeViewCommands() {
     add("One view", "Ctrl+1", [this] { setPanes(1); });
     add("Two views", "Ctrl+2", [this] { setPanes(2); });
     add("Four views", "Ctrl+4", [this] { setPanes(4); });
-    add("Next view", "V", [this] { activate((panes_.activeIndex() + 1) % panes_.size()); });
+    add("Next view", "V", [this] {
+        if (!ImGui::IsAnyMouseDown()) activate((panes_.activeIndex() + 1) % panes_.size());
+    });
     const auto link = [&](const char* name, bool Links::*which) {
         add(name, "", [this, which] {
             auto links = panes_.links();
@@ -591,7 +595,7 @@ void Viewer::takeUpSession(const Session& session) {
         if (!film.ok()) say(film.error().toString());
     }
     panes_.restoreLinks(taken.links);
-    setPanes(std::max<std::size_t>(taken.panes.size(), 1));
+    panes_.setCount(std::max<std::size_t>(taken.panes.size(), 1));
     activate(taken.active);
     for (std::size_t i = 0; i < taken.panes.size(); ++i) {
         panes_[i].subject = taken.panes[i].subject;

@@ -40,8 +40,7 @@ std::vector<std::size_t> carryOver(const ViewModel& active, const LinkedParts& b
     for (std::size_t i = 0; i < others.size(); ++i) {
         auto& other = *others[i];
         bool any = differs.step && takeStep(other, now.step);
-        any |=
-            differs.selections && other.followSelections(active.dataset(), before.selections, now.selections);
+        any |= differs.selections && other.followSelections(active, before.selections, now.selections);
         any |= differs.camera && takeCamera(other, now.camera);
         if (any) changed.push_back(i);
     }

@@ -20,7 +20,7 @@ class ViewModel;
 
 struct Links {
     bool steps = true;       ///< each goes to the same step, or to its last
-    bool selections = true;  ///< those of one dataset have the same, and highlight the same
+    bool selections = true;  ///< those of one run have the same, and highlight the same
     bool cameras = false;
     bool operator==(const Links&) const = default;
 };

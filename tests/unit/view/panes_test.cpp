@@ -150,6 +150,34 @@ TEST_F(LinkedPanes, ALayerThatIsNotChosenHighlightsToo) {
     EXPECT_FALSE(other.edited().layers(1).has_highlight());
 }
 
+TEST_F(LinkedPanes, OfOneRunHighlightWhatColumnsTell) {
+    auto plot = manifestFor(one.layer());
+    plot.mutable_request()->mutable_particles()->add_inputs("run.h5");
+    one.describe(plot);
+    plot.mutable_particles()->mutable_columns()->RemoveLast();  // pz
+    shorter.describe(plot);
+    const std::vector<glm::dvec2> corners{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
+    ASSERT_TRUE(one.numbers.take(polygonIn("x", "py", corners), Combine::fresh, "halo").ok());
+    follow();
+    EXPECT_THAT(namesOf(shorter), ElementsAre("halo"));
+    EXPECT_EQ(highlightedOf(shorter), "halo");
+    ASSERT_TRUE(one.numbers.take(polygonIn("x", "pz", corners), Combine::fresh, "late").ok());
+    proto::Selection lasso;
+    lasso.mutable_lasso()->set_aspect(1.0);
+    for (int i = 0; i < 3; ++i) {
+        auto& point = *lasso.mutable_lasso()->add_points();
+        point.add_values()->set_number_value(i % 2);
+        point.add_values()->set_number_value(i / 2);
+    }
+    *lasso.mutable_lasso()->mutable_camera() = toProto(one.camera(1.0));
+    ASSERT_TRUE(one.numbers.take(lasso, Combine::fresh, "lasso").ok());
+    follow();
+    EXPECT_THAT(namesOf(one), ElementsAre("halo", "late", "lasso"));
+    EXPECT_THAT(namesOf(other), ElementsAre("halo", "late", "lasso"));
+    EXPECT_THAT(namesOf(shorter), ElementsAre("halo"));
+    EXPECT_EQ(highlightedOf(shorter), "");
+}
+
 TEST_F(LinkedPanes, HaveOneCameraOnRequest) {
     one.setCamera(lookFrom(one.camera(1.0), 0, true));
     EXPECT_THAT(follow(), IsEmpty());
