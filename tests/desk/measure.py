@@ -120,6 +120,18 @@ def part_connect(folder):
             print(f"mote-view --connect, {PARTICLES['connect']:,} particles, {what}: {taken:.2f} s", flush=True)
 
 
+def part_views(folder):
+    _, viewer = shown(folder, data())
+    for count in (1, 4):
+        viewer.key(f"ctrl+{count}")
+        time.sleep(3)
+        stir(viewer, f"{count} views, the mouse over panel and picture")
+        stir(viewer, f"{count} views, a drag turns one", hold=True)
+    viewer.do("Link or unlink cameras")
+    stir(viewer, "4 views, a drag turns all", hold=True)
+    rest(viewer, "4 views")
+
+
 def part_frozen(folder):
     server, viewer = shown(folder, data())
     stir(viewer, "well, the mouse over panel and picture")
@@ -193,12 +205,16 @@ def part_many(folder):
     print(f"wheel and eight letters: longest frame {taken[-1]:.1f} ms, median {statistics.median(taken):.1f} ms")
 
 
-def part_rest(folder):
-    server, viewer = shown(folder, data())
+def rest(viewer, say):
     time.sleep(5)
     before, drawn = processor(viewer), len(frames())
     time.sleep(20)
-    print(f"at rest: {100 * (processor(viewer) - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
+    print(f"{say} at rest: {100 * (processor(viewer) - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
+
+
+def part_rest(folder):
+    _, viewer = shown(folder, data())
+    rest(viewer, "one view")
 
 
 if __name__ == "__main__":
