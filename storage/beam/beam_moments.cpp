@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -12,182 +13,134 @@ namespace {
 
 using moments::join;
 using moments::pairIndex;
+using Values = BeamPiece::Values;
 
-/// Deviations from the piece's mean; weights are 0 beyond its end.
+constexpr std::size_t variables = BeamPiece::variables;
+/// Rows that are summed about one point; what they come to is joined with others'.
+constexpr std::size_t rowsTogether = 4096;
+
 template <std::size_t N>
-struct Centred {
-    alignas(64) std::array<std::array<double, BeamPiece::most>, N> deviation;
-    std::array<double, N> rest{};  ///< weighted sum of deviations: what the mean lacks
+using System = std::array<std::size_t, N>;  // the variables of a piece that it has
+constexpr System<BeamMoments::sizeA> systemA{BeamPiece::x,  BeamPiece::px,     BeamPiece::y,
+                                             BeamPiece::py, BeamPiece::z,      BeamPiece::pz,
+                                             BeamPiece::t,  BeamPiece::energy, BeamPiece::p};
+constexpr System<BeamMoments::sizeB> systemB{BeamPiece::x, BeamPiece::xp, BeamPiece::y, BeamPiece::yp,
+                                             BeamPiece::p};
+
+/// Sums over rows about `center`, by lane. They stay in a core's first cache with the piece that is added.
+struct Running {
+    std::array<double, variables> center{};
+    bool centered = false;  ///< whether it is known
+    std::size_t count = 0;
+    bool slopes = false;  ///< whether they are summed
+    double greatestWeight = 0.0;
+    LaneVector weight{};
+    std::array<LaneVector, variables> first{}, least{}, greatest{};
+    std::array<std::array<LaneVector, variables>, variables> second{};  ///< of a and of b <= a
+    std::array<std::array<LaneVector, 9>, 3> planes{};
 };
 
-// What of a system's sums is known before: of which variables, and of which pairs of them.
-struct NothingKnown {
-    static constexpr bool variable(std::size_t) { return false; }
-    static constexpr bool pair(std::size_t, std::size_t) { return false; }
-};
-/// In system a, where the time is no column: it is 0, and so are all its sums.
-struct NoTime {
-    static constexpr bool variable(std::size_t a) { return a == 6; }
-    static constexpr bool pair(std::size_t a, std::size_t b) { return variable(a) || variable(b); }
-};
-/// In system b, where it has all particles of system a: x, y and p are the same.
-struct KnownOfA {
-    static constexpr std::array<std::size_t, BeamMoments::sizeB> inA{0, 0, 2, 0, 8};
-    static constexpr bool variable(std::size_t a) { return a % 2 == 0; }
-    static constexpr bool pair(std::size_t a, std::size_t b) { return variable(a) && variable(b); }
-};
+using Deviations = std::array<Values, variables>;
 
-/// The weighted sums of the products of deviation `a` and those from it on, in one pass: a sum that waits for
-/// nothing but itself leaves most of a core idle. Unrolled, all sums stay in registers.
-template <class Known, std::size_t a, std::size_t N, class Sums>
-void addProductsOf(const BeamPiece::Rows<N>& rows, const Centred<N>& centred, Sums& to) {
-    std::array<LaneVector, N - a> sums{};
-    for (std::size_t i = 0; i < rows.size; i += lanes) {
-        LaneVector weighted, deviation;
-        load(weighted, rows.weight.data() + i);
-        load(deviation, centred.deviation[a].data() + i);
-        weighted *= deviation;
-#pragma GCC unroll 16
-        for (std::size_t b = a; b < N; ++b) {
-            if (Known::pair(a, b)) continue;
-            load(deviation, centred.deviation[b].data() + i);
-            sums[b - a] += weighted * deviation;
-        }
-    }
-    for (std::size_t b = a; b < N; ++b) {
-        if (!Known::pair(a, b)) to[pairIndex<N>(a, b)] = sumOf(std::bit_cast<Lanes>(sums[b - a]));
-    }
-}
-
-template <class Known, std::size_t N, class Sums, std::size_t... a>
-void addProducts(const BeamPiece::Rows<N>& rows, const Centred<N>& centred, Sums& to,
-                 std::index_sequence<a...> /*variables*/) {
-    (addProductsOf<Known, a>(rows, centred, to), ...);
-}
-
-// The following go through all variables at once: a sum of one alone would wait for itself. What is known of
-// a variable is left out by a condition that the compiler knows.
-
-/// Beyond the end of the rows lie copies of the first.
-template <class Known, std::size_t N>
-void findExtremes(const BeamPiece::Rows<N>& rows, BeamMoments::Second<N>& out) {
-    std::array<LaneVector, N> least, greatest;
-    for (std::size_t a = 0; a < N; ++a) load(least[a], rows.value[a].data());
-    greatest = least;
-    for (std::size_t i = lanes; i < rows.size; i += lanes) {
-#pragma GCC unroll 16
-        for (std::size_t a = 0; a < N; ++a) {
-            if (Known::variable(a)) continue;
+/// The mean of a piece, whatever its weights.
+void findCenter(const BeamPiece& piece, Running& sums) {
+    for (std::size_t a = 0; a < variables; ++a) {
+        const double from = piece.value[a][0];
+        LaneVector sum{};
+        for (std::size_t i = 0; i < piece.size; i += lanes) {
             LaneVector value;
-            load(value, rows.value[a].data() + i);
-            least[a] = value < least[a] ? value : least[a];
-            greatest[a] = value > greatest[a] ? value : greatest[a];
+            load(value, piece.value[a].data() + i);
+            sum += value - from;  // nothing beyond the end
         }
-    }
-    for (std::size_t a = 0; a < N; ++a) {
-        if (Known::variable(a)) continue;
-        out.least[a] = std::ranges::min(std::bit_cast<Lanes>(least[a]));
-        out.greatest[a] = std::ranges::max(std::bit_cast<Lanes>(greatest[a]));
+        const double mean = from + sumOf(std::bit_cast<Lanes>(sum)) / static_cast<double>(piece.count);
+        sums.center[a] = std::isfinite(mean) ? mean : from;
     }
 }
 
-template <class Known, std::size_t N>
-void center(const BeamPiece::Rows<N>& rows, BeamMoments::Second<N>& out, Centred<N>& centred) {
-    std::array<LaneVector, N> sums{};
-    for (std::size_t i = 0; i < rows.size; i += lanes) {
-        LaneVector weight, value;
-        load(weight, rows.weight.data() + i);
-#pragma GCC unroll 16
-        for (std::size_t a = 0; a < N; ++a) {
-            if (Known::variable(a)) continue;
-            load(value, rows.value[a].data() + i);
-            sums[a] += weight * value;
-        }
+/// The values of some variables become deviations, 0 beyond the last row.
+template <std::size_t... a>
+void deviate(BeamPiece& piece, Running& to) {
+    std::array<LaneVector, sizeof...(a)> least{to.least[a]...}, greatest{to.greatest[a]...};
+    const std::array center{to.center[a]...};
+    for (std::size_t i = 0; i < piece.size; i += lanes) {
+        std::size_t k = 0;
+        const auto one = [&](double* at) {
+            LaneVector value;
+            load(value, at);
+            least[k] = value < least[k] ? value : least[k];
+            greatest[k] = value > greatest[k] ? value : greatest[k];
+            value -= center[k++];
+            std::memcpy(at, &value, sizeof value);
+        };
+        (one(piece.value[a].data() + i), ...);
     }
-    std::array<double, N> mean{};
-    for (std::size_t a = 0; a < N; ++a) mean[a] = sumOf(std::bit_cast<Lanes>(sums[a])) / out.weight;
-    sums = {};
-    for (std::size_t i = 0; i < rows.size; i += lanes) {
-        LaneVector weight, value;
-        load(weight, rows.weight.data() + i);
-#pragma GCC unroll 16
-        for (std::size_t a = 0; a < N; ++a) {
-            if (Known::variable(a)) continue;
-            load(value, rows.value[a].data() + i);
-            value -= mean[a];
-            std::memcpy(centred.deviation[a].data() + i, &value, sizeof value);
-            sums[a] += weight * value;
-        }
-    }
-    for (std::size_t a = 0; a < N; ++a) {
-        if (Known::variable(a)) continue;
-        centred.rest[a] = sumOf(std::bit_cast<Lanes>(sums[a]));
-        out.mean[a] = mean[a] + centred.rest[a] / out.weight;
-    }
+    for (std::size_t i = piece.count; i < piece.size; ++i) ((piece.value[a][i] = 0.0), ...);
+    std::size_t k = 0;
+    ((to.least[a] = least[k], to.greatest[a] = greatest[k], ++k), ...);
 }
 
-/// What is not known yet.
-template <class Known, std::size_t N>
-void addUnknown(const BeamPiece::Rows<N>& rows, Centred<N>& centred, BeamMoments::Second<N>& out) {
-    findExtremes<Known>(rows, out);
-    if (out.weight == 0.0) return;
-    center<Known>(rows, out, centred);
-    addProducts<Known>(rows, centred, out.sum, std::make_index_sequence<N>());
-    for (std::size_t a = 0; a < N; ++a) {
-        for (std::size_t b = a; b < N; ++b) {
-            if (!Known::pair(a, b))
-                out.sum[pairIndex<N>(a, b)] -= centred.rest[a] * (centred.rest[b] / out.weight);
+void deviateAll(BeamPiece& piece, Running& to) {
+    using P = BeamPiece;
+    if (to.count == 0) {
+        for (std::size_t a = 0; a < variables; ++a) {
+            load(to.least[a], piece.value[a].data());
+            to.greatest[a] = to.least[a];
         }
     }
+    deviate<P::x, P::px, P::y, P::py>(piece, to);
+    deviate<P::z, P::pz, P::energy, P::p>(piece, to);
+    deviate<P::t, P::xp, P::yp>(piece, to);
 }
 
-template <class Known, std::size_t N>
-BeamMoments::Second<N> secondOf(const BeamPiece::Rows<N>& rows, Centred<N>& centred) {
-    BeamMoments::Second<N> out;
-    out.count = rows.count;
-    if (rows.count == 0) return out;
-    out.weight = laneSum(rows.size, [&](std::size_t i) { return rows.weight[i]; });
-    addUnknown<Known>(rows, centred, out);
-    return out;
-}
-
-/// Of system b, whose particles are those of system a.
-BeamMoments::Second<BeamMoments::sizeB> slopesOf(const BeamPiece& piece,
-                                                 const BeamMoments::Second<BeamMoments::sizeA>& a,
-                                                 const Centred<BeamMoments::sizeA>& ofA) {
-    constexpr auto size = BeamMoments::sizeB;
-    BeamMoments::Second<size> out;
-    Centred<size> centred;
-    out.count = a.count;
-    out.weight = a.weight;
-    for (std::size_t i = 0; i < size; ++i) {
-        if (!KnownOfA::variable(i)) continue;
-        const auto from = KnownOfA::inA[i];
-        out.least[i] = a.least[from];
-        out.greatest[i] = a.greatest[from];
-        out.mean[i] = a.mean[from];
-        centred.rest[i] = ofA.rest[from];
-        if (a.weight > 0.0)
-            std::copy_n(ofA.deviation[from].begin(), piece.b.size, centred.deviation[i].begin());
-        for (std::size_t j = i; j < size; ++j) {
-            if (KnownOfA::pair(i, j))
-                out.sum[pairIndex<size>(i, j)] = a.sum[pairIndex<BeamMoments::sizeA>(from, KnownOfA::inA[j])];
+/// The deviations times the weights.
+void weigh(const BeamPiece& piece, Running& to, Deviations& weighted) {
+    LaneVector greatest = to.greatestWeight - LaneVector{};
+    for (std::size_t i = 0; i < piece.size; i += lanes) {
+        LaneVector weight;
+        load(weight, piece.weight.data() + i);
+        to.weight += weight;
+        greatest = weight > greatest ? weight : greatest;
+        for (std::size_t a = 0; a < variables; ++a) {
+            LaneVector value;
+            load(value, piece.value[a].data() + i);
+            value *= weight;
+            std::memcpy(weighted[a].data() + i, &value, sizeof value);
         }
     }
-    addUnknown<KnownOfA>(piece.b, centred, out);
-    return out;
+    to.greatestWeight = std::ranges::max(std::bit_cast<Lanes>(greatest));
 }
 
-/// Third and fourth moments about the point from which the deviations are.
-BeamMoments::Plane planeOf(const BeamPiece::Rows<BeamMoments::sizeA>& rows, const double* q,
-                           const double* p) {
-    std::array<LaneVector, 9> sums{};
-    for (std::size_t i = 0; i < rows.size; i += lanes) {
-        LaneVector qi, pi, w;
-        load(qi, q + i);
-        load(pi, p + i);
-        load(w, rows.weight.data() + i);
-        const LaneVector qq = qi * qi, pp = pi * pi, qp = qi * pi, wqq = w * qq, wpp = w * pp;
+/// The sums of variable `a`, and of its products with some. In one pass: a sum that waits for nothing but
+/// itself leaves most of a core idle.
+template <std::size_t a, std::size_t... b>
+void addProducts(const BeamPiece& piece, const Deviations& weighted, Running& to) {
+    std::array<LaneVector, sizeof...(b)> sums{to.second[a][b]...};
+    LaneVector first = to.first[a];
+    for (std::size_t i = 0; i < piece.size; i += lanes) {
+        LaneVector mine, other;
+        load(mine, weighted[a].data() + i);
+        first += mine;
+        std::size_t k = 0;
+        ((load(other, piece.value[b].data() + i), sums[k++] += mine * other), ...);
+    }
+    std::size_t k = 0;
+    ((to.second[a][b] = sums[k++]), ...);
+    to.first[a] = first;
+}
+
+/// The third and fourth products of a coordinate and its momentum.
+void addPlane(const BeamPiece& piece, const Deviations& weighted, std::size_t plane, Running& to) {
+    const std::size_t q = 2 * plane, p = q + 1;
+    auto sums = to.planes[plane];
+    for (std::size_t i = 0; i < piece.size; i += lanes) {
+        LaneVector qi, pi, wqq, wpp;
+        load(qi, piece.value[q].data() + i);
+        load(pi, piece.value[p].data() + i);
+        load(wqq, weighted[q].data() + i);
+        load(wpp, weighted[p].data() + i);
+        wqq *= qi;
+        wpp *= pi;
+        const LaneVector qq = qi * qi, pp = pi * pi, qp = qi * pi;
         sums[0] += wqq * qi;
         sums[1] += wqq * pi;
         sums[2] += wpp * qi;
@@ -198,49 +151,186 @@ BeamMoments::Plane planeOf(const BeamPiece::Rows<BeamMoments::sizeA>& rows, cons
         sums[7] += wpp * qp;
         sums[8] += wpp * pp;
     }
-    BeamMoments::Plane plane;
-    for (std::size_t i = 0; i < 4; ++i) plane.third[i] = sumOf(std::bit_cast<Lanes>(sums[i]));
-    for (std::size_t i = 0; i < 5; ++i) plane.fourth[i] = sumOf(std::bit_cast<Lanes>(sums[4 + i]));
-    return plane;
+    to.planes[plane] = sums;
 }
 
-MOTE_ANY_VECTORS BeamMoments::Sums sumsOf(const BeamPiece& piece, bool timed) {
-    BeamMoments::Sums out;
-    Centred<BeamMoments::sizeA> a;
-    out.a = timed ? secondOf<NothingKnown>(piece.a, a) : secondOf<NoTime>(piece.a, a);
-    for (std::size_t i = 0; i < piece.a.count; ++i) {
-        out.greatestWeight = std::max(out.greatestWeight, piece.a.weight[i]);
+void addAllProducts(const BeamPiece& of, bool timed, const Deviations& weighted, Running& to) {
+    using P = BeamPiece;
+    addProducts<P::x, P::x>(of, weighted, to);
+    addProducts<P::px, P::x, P::px>(of, weighted, to);
+    addProducts<P::y, P::x, P::px, P::y>(of, weighted, to);
+    addProducts<P::py, P::x, P::px, P::y, P::py>(of, weighted, to);
+    addProducts<P::z, P::x, P::px, P::y, P::py, P::z>(of, weighted, to);
+    addProducts<P::pz, P::x, P::px, P::y, P::py, P::z, P::pz>(of, weighted, to);
+    addProducts<P::energy, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy>(of, weighted, to);
+    addProducts<P::p, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy, P::p>(of, weighted, to);
+    if (timed)
+        addProducts<P::t, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy, P::p, P::t>(of, weighted, to);
+    if (!to.slopes) return;
+    addProducts<P::xp, P::x, P::y, P::p, P::xp>(of, weighted, to);
+    addProducts<P::yp, P::x, P::y, P::p, P::xp, P::yp>(of, weighted, to);
+}
+
+/// `weighted` has room for deviations times weights; null: all weights are the same, and are counted later.
+MOTE_ANY_VECTORS void addPiece(BeamPiece& piece, bool timed, Deviations* weighted, Running& to) {
+    if (!to.centered) findCenter(piece, to);
+    to.centered = true;
+    deviateAll(piece, to);
+    if (weighted != nullptr) weigh(piece, to, *weighted);
+    const auto& times = weighted != nullptr ? *weighted : piece.value;
+    addAllProducts(piece, timed, times, to);
+    for (std::size_t plane = 0; plane < to.planes.size(); ++plane) addPlane(piece, times, plane, to);
+    to.count += piece.count;
+}
+
+double sumOf(const LaneVector& of) {
+    return storage::sumOf(std::bit_cast<Lanes>(of));
+}
+
+double productOf(const Running& sums, std::size_t a, std::size_t b) {
+    return sumOf(sums.second[std::max(a, b)][std::min(a, b)]);
+}
+
+/// All weights are `one`, or were counted: then it is 1.
+struct Weight {
+    double sum = 0.0, one = 1.0;
+};
+
+template <std::size_t N>
+void finish(const Running& sums, const System<N>& of, const Weight& weight, BeamMoments::Second<N>& out) {
+    out.count = sums.count;
+    out.weight = weight.sum * weight.one;
+    std::array<double, N> rest{};
+    for (std::size_t a = 0; a < N; ++a) {
+        out.least[a] = std::ranges::min(std::bit_cast<Lanes>(sums.least[of[a]]));
+        out.greatest[a] = std::ranges::max(std::bit_cast<Lanes>(sums.greatest[of[a]]));
+        if (!(out.weight > 0.0)) continue;
+        rest[a] = sumOf(sums.first[of[a]]);
+        out.mean[a] = sums.center[of[a]] + rest[a] / weight.sum;
     }
-    if (out.a.weight > 0.0) {
-        for (std::size_t plane = 0; plane < out.planes.size(); ++plane) {
-            const std::size_t q = 2 * plane, p = q + 1;
-            const auto about = planeOf(piece.a, a.deviation[q].data(), a.deviation[p].data());
-            auto lower = moments::lowerOf(out.a, q, p);
-            lower.q = a.rest[q];
-            lower.p = a.rest[p];
-            out.planes[plane] =
-                moments::shifted(about, lower, -a.rest[q] / out.a.weight, -a.rest[p] / out.a.weight);
+    if (!(out.weight > 0.0)) return;
+    for (std::size_t a = 0; a < N; ++a) {
+        for (std::size_t b = a; b < N; ++b) {
+            out.sum[pairIndex<N>(a, b)] =
+                weight.one * (productOf(sums, of[a], of[b]) - rest[a] * (rest[b] / weight.sum));
         }
     }
-    if (piece.b.count == piece.a.count) {
-        out.b = slopesOf(piece, out.a, a);
-    } else {
-        Centred<BeamMoments::sizeB> b;
-        out.b = secondOf<NothingKnown>(piece.b, b);
-    }
-    return out;
 }
+
+void finishPlanes(const Running& sums, const Weight& weight, std::array<BeamMoments::Plane, 3>& out) {
+    for (std::size_t plane = 0; plane < out.size(); ++plane) {
+        const std::size_t q = 2 * plane, p = q + 1;
+        BeamMoments::Plane about;
+        for (std::size_t i = 0; i < 4; ++i) about.third[i] = sumOf(sums.planes[plane][i]);
+        for (std::size_t i = 0; i < 5; ++i) about.fourth[i] = sumOf(sums.planes[plane][4 + i]);
+        const moments::Lower lower{weight.sum,
+                                   sumOf(sums.first[q]),
+                                   sumOf(sums.first[p]),
+                                   productOf(sums, q, q),
+                                   productOf(sums, q, p),
+                                   productOf(sums, p, p)};
+        out[plane] = moments::shifted(about, lower, -lower.q / weight.sum, -lower.p / weight.sum);
+        for (auto& value : out[plane].third) value *= weight.one;
+        for (auto& value : out[plane].fourth) value *= weight.one;
+    }
+}
+
+MOTE_ANY_VECTORS bool areSame(std::span<const double> weights) {
+    double other = 0.0;
+    for (const double weight : weights) other = weight == weights.front() ? other : 1.0;
+    return other == 0.0;
+}
+
+/// Some rows of a block.
+class RowSums {
+  public:
+    RowSums(const BeamRows& rows, std::size_t begin, std::size_t end, double mass)
+        : rows_(rows),
+          begin_(begin),
+          end_(end),
+          mass_(mass),
+          same_(rows.weight.empty() || areSame(rows.weight.subspan(begin, end - begin))) {}
+
+    BeamMoments::Sums find() const {
+        BeamMoments::Sums out;
+        const auto sums = sumAll(false);
+        if (sums.count == 0) return out;
+        out.greatestWeight = sums.greatestWeight;
+        finish(sums, systemA, weightOf(sums), out.a);
+        if (out.a.weight > 0.0) finishPlanes(sums, weightOf(sums), out.planes);
+        if (rows_.coordinate.back().empty()) return out;
+        if (sums.slopes) {
+            finish(sums, systemB, weightOf(sums), out.b);
+        } else {
+            const auto some = sumAll(true);
+            if (some.count > 0) finish(some, systemB, weightOf(some), out.b);
+        }
+        return out;
+    }
+
+  private:
+    /// Of all rows, or of those alone whose slopes are finite.
+    Running sumAll(bool slopesAlone) const {
+        Running sums;
+        add(slopesAlone, sums);
+        if (!isFar(sums, weightOf(sums))) return sums;
+        Running nearer;
+        nearer.centered = true;
+        for (std::size_t a = 0; a < variables; ++a)
+            nearer.center[a] = sums.center[a] + sumOf(sums.first[a]) / weightOf(sums).sum;
+        add(slopesAlone, nearer);
+        return nearer;
+    }
+
+    void add(bool slopesAlone, Running& to) const {
+        const bool timed = !rows_.coordinate[3].empty();
+        to.slopes = !rows_.coordinate.back().empty();
+        Deviations weighted;
+        BeamPiece piece;
+        for (std::size_t at = begin_; at < end_; at += BeamPiece::most) {
+            loadPiece(rows_, at, std::min(BeamPiece::most, end_ - at), mass_, piece);
+            if (slopesAlone) keepSlopes(piece);
+            if (piece.count == 0) continue;
+            to.slopes = to.slopes && piece.slopes;
+            if (same_) to.greatestWeight = piece.weight[0];
+            addPiece(piece, timed, same_ ? nullptr : &weighted, to);
+        }
+    }
+
+    Weight weightOf(const Running& sums) const {
+        return same_ ? Weight{static_cast<double>(sums.count), sums.greatestWeight}
+                     : Weight{sumOf(sums.weight), 1.0};
+    }
+
+    /// Whether any mean is so many sigma from the point that the sums are about: they would lose digits.
+    static bool isFar(const Running& sums, const Weight& weight) {
+        constexpr double most = 4.0;
+        constexpr double share = most * most / (1.0 + most * most);
+        // Sums of slopes that are not all finite are no numbers, and so not far.
+        for (std::size_t a = 0; a < variables && weight.sum > 0.0; ++a) {
+            const double rest = sumOf(sums.first[a]);
+            if (rest * rest > share * weight.sum * productOf(sums, a, a)) return true;
+        }
+        return false;
+    }
+
+    const BeamRows& rows_;
+    const std::size_t begin_, end_;
+    const double mass_;
+    const bool same_;  ///< all weights
+};
 
 }  // namespace
 
 void BeamMoments::add(const BeamRows& rows) {
-    Sums sums;
-    sums.block = rows.block;
-    const bool timed = !rows.coordinate[3].empty();
-    forEachPiece(rows, mass_, true, [&](const BeamPiece& piece) { join(sums, sumsOf(piece, timed)); });
-    sums.particles = rows.size;
-    sums.known = knownCoordinates(rows);
-    blocks_.push_back(sums);
+    if (blocks_.empty() || blocks_.back().block != rows.block) blocks_.emplace_back().block = rows.block;
+    for (std::size_t begin = 0; begin < rows.size; begin += rowsTogether) {
+        const auto end = std::min(rows.size, begin + rowsTogether);
+        auto some = RowSums(rows, begin, end, mass_).find();
+        some.particles = end - begin;
+        some.known = knownCoordinates(rows);
+        join(blocks_.back(), some);
+    }
 }
 
 BeamMoments::Sums BeamMoments::total() const {

@@ -48,7 +48,7 @@ double emittance(const Percentiles::Inside& of) {
 
 /// Deviations from a plane's means, and actions: a q^2 + b (p - k q)^2.
 struct Actions {
-    alignas(64) std::array<double, BeamPiece::most> q, p, action;
+    alignas(64) std::array<double, PlanePiece::most> q, p, action;
 };
 
 struct Ellipse {
@@ -97,7 +97,7 @@ MOTE_ANY_VECTORS void sumBelow(const CutsOfPlane& lowest, const Actions& of, con
 
 /// Whether any of each eight actions may lie from `lowest` to before `end`; one that is no number may.
 MOTE_ANY_VECTORS void findWithin(double lowest, double end, const Actions& of, std::size_t size,
-                                 std::array<bool, BeamPiece::most / lanes>& any) {
+                                 std::array<bool, PlanePiece::most / lanes>& any) {
     for (std::size_t i = 0; i < size; i += lanes) {
         int found = 0;
         for (std::size_t k = 0; k < lanes; ++k)
@@ -156,27 +156,31 @@ BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total) {
 void BeamPercentiles::add(const BeamRows& rows, Gathered& gathered) const {
     if (state_ == State::narrowing) gathered.bins.resize(cuts * binsOfWindow);
     BlockSums sums;
-    sums.block = rows.block;
     const auto firstNear = static_cast<std::ptrdiff_t>(gathered.near.size());
     Piece piece;
+    PlanePiece from;
     piece.block = rows.block;
-    forEachPiece(rows, 0.0, false, [&](const BeamPiece& from) {
-        piece.size = from.a.size;
-        piece.weight = from.a.weight.data();
+    piece.weight = from.weight.data();
+    for (std::size_t begin = 0; begin < rows.size; begin += PlanePiece::most) {
+        loadPiece(rows, begin, std::min(PlanePiece::most, rows.size - begin), from);
+        piece.size = from.size;
         for (std::size_t plane = 0; plane < planes; ++plane) {
             const auto& frame = frames_[plane];
             if (!frame.defined) continue;
-            findActions({frame.q, frame.p, frame.a, frame.b, frame.k}, from.a.value[2 * plane].data(),
-                        from.a.value[2 * plane + 1].data(), piece.size, piece);
+            findActions({frame.q, frame.p, frame.a, frame.b, frame.k}, from.value[2 * plane].data(),
+                        from.value[2 * plane + 1].data(), piece.size, piece);
             if (state_ == State::narrowing) {
                 count(piece, plane, gathered);
             } else {
                 gather(piece, plane, gathered, sums);
             }
         }
-    });
+    }
     if (state_ != State::gathering) return;
-    gathered.sums.push_back(sums);
+    if (gathered.sums.empty() || gathered.sums.back().block != rows.block)
+        gathered.sums.emplace_back().block = rows.block;
+    for (std::size_t cut = 0; cut < cuts; ++cut)
+        mote::storage::add(gathered.sums.back().inside[cut], sums.inside[cut]);
     // Particles of one action are one: however many there are, little is kept.
     const auto begin = gathered.near.begin() + firstNear;
     std::stable_sort(begin, gathered.near.end(), before);
@@ -216,7 +220,7 @@ void BeamPercentiles::gather(const Piece& piece, std::size_t plane, Gathered& ga
     for (std::size_t i = 0; i < lowest.size(); ++i)
         lowest[i] = std::bit_cast<double>(windows_[firstCut + i].lowest);
     sumBelow(lowest, piece, piece.weight, piece.size, sums.inside.data() + firstCut);
-    std::array<bool, BeamPiece::most / lanes> any;
+    std::array<bool, PlanePiece::most / lanes> any;
     for (std::size_t cut = firstCut; cut < firstCut + percents.size(); ++cut) {
         const auto& window = windows_[cut];
         const double end = window.end < endOfActions ? std::bit_cast<double>(window.end)
@@ -283,7 +287,8 @@ void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
 
 void BeamPercentiles::finish(Gathered& gathered) {
     std::ranges::sort(gathered.sums, {}, &BlockSums::block);
-    std::ranges::sort(gathered.near, before);
+    // Of a block that came in parts, in their order.
+    std::ranges::stable_sort(gathered.near, before);
     auto near = gathered.near.begin();
     for (std::size_t cut = 0; cut < cuts; ++cut) {
         if (!frames_[cut / percents.size()].defined) continue;

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// BeamPiece: the particles of a block that take part, some at a time, as the arrays from which sums are
-// taken, and such sums. Sums run in eight lanes whatever the machine, so that their bits are the same
-// everywhere. One thread at a time.
+// BeamPiece and PlanePiece: the particles of a block that take part, some at a time, as the arrays from which
+// sums are taken, and such sums. Sums run in eight lanes whatever the machine, so that their bits are the
+// same everywhere. One thread at a time.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <functional>
 
 #include "protocol/quantity/any_vectors.h"
 #include "storage/beam/beam_statistics.h"
@@ -30,35 +29,36 @@ inline double sumOf(const Lanes& l) {
     return ((l[0] + l[4]) + (l[2] + l[6])) + ((l[1] + l[5]) + (l[3] + l[7]));
 }
 
-/// Of term(0) to term(size - 1); `size` is a multiple of `lanes`.
-template <class Term>
-double laneSum(std::size_t size, const Term& term) {
-    Lanes sum{};
-    for (std::size_t i = 0; i < size; i += lanes) {
-        for (std::size_t k = 0; k < lanes; ++k) sum[k] += term(i + k);
-    }
-    return sumOf(sum);
-}
+/// Rows of `N` variables, at most `mostRows`. Beyond `count` lie copies of the first row, without weight.
+template <std::size_t N, std::size_t mostRows>
+struct PieceRows {
+    static constexpr std::size_t variables = N, most = mostRows;
+    using Values = std::array<double, most>;
 
-struct BeamPiece {
-    static constexpr std::size_t most = 1024;
-
-    template <std::size_t N>
-    struct Rows {
-        std::size_t count = 0;  ///< particles
-        std::size_t size = 0;   ///< up to a multiple of `lanes`; beyond `count` weights are 0
-        alignas(64) std::array<std::array<double, most>, N> value;  ///< x px y py z pz t energy p
-        alignas(64) std::array<double, most> weight;
-    };
-    Rows<BeamMoments::sizeA> a;
-    Rows<BeamMoments::sizeB> b;  ///< x xp y yp p of those whose slopes are finite
+    std::size_t count = 0;  ///< particles
+    std::size_t size = 0;   ///< up to a multiple of `lanes`
+    alignas(64) std::array<Values, N> value;
+    alignas(64) Values weight;
 };
+
+/// Rows with all that is summed. So few that they and their sums fit a core's first cache.
+struct BeamPiece : PieceRows<11, 128> {
+    enum Variable : std::size_t { x, px, y, py, z, pz, energy, p, t, xp, yp };
+    bool slopes = false;  ///< whether xp and yp of all rows are finite
+};
+
+/// x px y py z pz.
+using PlanePiece = PieceRows<6, 1024>;
 
 /// Bit c: the rows have coordinate c.
 std::uint32_t knownCoordinates(const BeamRows& rows);
 
-/// All particles that take part, in order. What is not known is 0. Without `slopes`, b is not filled.
-void forEachPiece(const BeamRows& rows, double mass, bool slopes,
-                  const std::function<void(const BeamPiece&)>& use);
+/// Those of rows [begin, begin + count), at most piece.most, that take part, in order. What is not known is
+/// 0.
+void loadPiece(const BeamRows& rows, std::size_t begin, std::size_t count, double mass, BeamPiece& piece);
+void loadPiece(const BeamRows& rows, std::size_t begin, std::size_t count, PlanePiece& piece);
+
+/// Leaves out the rows of which a slope is not finite.
+void keepSlopes(BeamPiece& piece);
 
 }  // namespace mote::storage

@@ -7,9 +7,9 @@
 // of its own; merged in any order they give the same bits, as long as the particles are cut into the same
 // blocks, each with its own number. Values; one thread at a time each.
 //
-// Sums of small pieces are about the piece's own mean, pieces are joined by the formulas of Chan, Golub and
-// LeVeque 1983 (doi 10.1080/00031305.1983.10483115), to the fourth order by shifting moments: no sum
-// cancels, whatever the distance of the beam from the origin.
+// Sums of small pieces are about a point within a few sigma of the piece's mean, pieces are joined by the
+// formulas of Chan, Golub and LeVeque 1983 (doi 10.1080/00031305.1983.10483115), to the fourth order by
+// shifting moments: no sum cancels, whatever the distance of the beam from the origin.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct BeamRows {
 
     std::array<std::span<const double>, coordinates> coordinate;  ///< as long as each other; empty: not known
     std::span<const double> weight;                               ///< empty: 1 each
-    std::uint64_t block = 0;  ///< its number; no other block of these particles has it
+    std::uint64_t block = 0;  ///< its number; the rows of one may come in parts, one behind another
     std::size_t size = 0;
 };
 

@@ -12,6 +12,7 @@
 
 #include "storage/beam/beam_statistics.h"
 #include "storage/numbers/bin_axis.h"
+#include "storage/numbers/chosen_kernel.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/numbers/point_statistics.h"
 #include "storage/numbers/run_steps.h"
@@ -57,6 +58,7 @@ class RowWalk {
 constexpr std::uint64_t mostParts = 64;
 constexpr std::size_t blockRows = 4096;  // of one group
 constexpr std::size_t groupRows = 512;   // of one of several
+constexpr std::size_t pointsTogether = 512;
 constexpr std::array<const char*, BeamRows::coordinates + 1> names{"x",  "y",  "z",  "t",
                                                                    "px", "py", "pz", "weight"};
 
@@ -73,14 +75,13 @@ class RowWalk::Buffer {
             (c < BeamRows::coordinates ? rows.coordinate[c] : rows.weight) = values;
         }
         rows.size = size_;
-        rows.block = part << 40U | blocks_++;
+        rows.block = part;
         take(thread, group, rows);
         size_ = 0;
     }
 
     std::array<std::vector<double>, columnsOfRow> columns_;
     std::size_t size_ = 0;
-    std::uint64_t blocks_ = 0;
 };
 
 RowWalk::RowWalk(const ParticleColumns& columns, const PointMask* chosen, const BinAxis* groups,
@@ -110,10 +111,9 @@ class RowWalk::Part {
 
     void add(PointRange block) {
         if (walk_.chosen_ != nullptr) {
-            const auto words = std::span(walk_.chosen_->words())
-                                   .subspan(block.begin / PointMask::wordBits, wordCount(block.count));
-            choose(words);
-            if (chosen_.empty()) return;
+            words_ = std::span(walk_.chosen_->words())
+                         .subspan(block.begin / PointMask::wordBits, wordCount(block.count));
+            if (!anyChosen(words_)) return;
         }
         if (walk_.quantities_ != nullptr) lookAtQuantities(block);
         for (std::size_t c = walk_.quantities_ != nullptr ? columnsOfRow - 1 : 0; c < columnsOfRow; ++c) {
@@ -126,7 +126,7 @@ class RowWalk::Part {
             if (bins_[i] < walk_.groups()) addOne(buffers_[bins_[i]], bins_[i], i);
         };
         if (walk_.chosen_ != nullptr) {
-            for (const auto i : chosen_) one(i);
+            forEachChosen(words_, one);
         } else {
             for (std::size_t i = 0; i < block.count; ++i) one(i);
         }
@@ -138,31 +138,28 @@ class RowWalk::Part {
     }
 
   private:
-    /// The places of the bits that are set.
-    void choose(std::span<const std::uint64_t> words) {
-        chosen_.resize(words.size() * PointMask::wordBits);
-        auto* next = chosen_.data();
-        for (std::size_t word = 0; word < words.size(); ++word) {
-            const auto first = static_cast<std::uint32_t>(word * PointMask::wordBits);
-            if (words[word] == ~std::uint64_t{0}) {
-                for (std::uint32_t i = 0; i < PointMask::wordBits; ++i) next[i] = first + i;
-                next += PointMask::wordBits;
-            } else {
-                forEachChosen(words.subspan(word, 1),
-                              [&](std::size_t i) { *next++ = first + static_cast<std::uint32_t>(i); });
-            }
-        }
-        chosen_.resize(static_cast<std::size_t>(next - chosen_.data()));
-    }
-
     /// A column of the block, as it lies in the file.
-    struct Stored {
+    class Stored {
+      public:
         double offset = 0.0;
         std::span<const float> floats;
         std::span<const double> doubles;  ///< instead
 
         double at(std::size_t i) const {
             return doubles.empty() ? offset + static_cast<double>(floats[i]) : doubles[i];
+        }
+        /// Asks memory for values that come next: by turns of columns it does not see them coming.
+        void expect(std::size_t begin, std::size_t count) const {
+            expect(floats, begin, count);
+            expect(doubles, begin, count);
+        }
+
+      private:
+        template <class T>
+        static void expect(std::span<const T> values, std::size_t begin, std::size_t count) {
+            constexpr std::size_t line = 64 / sizeof(T);
+            for (std::size_t i = begin; i < std::min(begin + count, values.size()); i += line)
+                __builtin_prefetch(values.data() + i);
         }
     };
 
@@ -187,7 +184,8 @@ class RowWalk::Part {
 
     void reserve(Buffer& buffer) const {
         for (std::size_t c = 0; c < columnsOfRow; ++c) {
-            if (walk_.sources_[c] && buffer.columns_[c].empty()) buffer.columns_[c].resize(capacity_);
+            if (walk_.sources_[c] && buffer.columns_[c].empty())
+                buffer.columns_[c].resize(capacity_ + roomBehindChosen);
         }
     }
 
@@ -199,47 +197,41 @@ class RowWalk::Part {
         if (++buffer.size_ == capacity_) buffer.take(thread_, group, walk_, take_, part_);
     }
 
-    /// All chosen points are of one group: column by column.
+    /// All chosen points are of one group: some at a time, column by column.
     void addAll(PointRange block) {
         auto& buffer = buffers_.front();
         reserve(buffer);
-        const std::size_t total = walk_.chosen_ != nullptr ? chosen_.size() : block.count;
-        for (std::size_t done = 0; done < total;) {
-            const auto count = std::min(total - done, capacity_ - buffer.size_);
+        for (std::size_t begin = 0; begin < block.count; begin += pointsTogether) {
+            const auto count = std::min<std::size_t>(pointsTogether, block.count - begin);
+            for (const auto& stored : stored_) stored.expect(begin + count, pointsTogether);
+            std::size_t chosen = count;
+            if (walk_.chosen_ != nullptr) chosen = chosenOf(begin, count);
+            if (chosen == 0) continue;
+            if (buffer.size_ + chosen > capacity_) buffer.take(thread_, 0, walk_, take_, part_);
             for (std::size_t c = 0; c < columnsOfRow; ++c) {
-                if (!walk_.sources_[c]) continue;
-                auto* const out = buffer.columns_[c].data() + buffer.size_;
-                if (stored_[c].doubles.empty())
-                    append(stored_[c].floats, stored_[c].offset, done, count, out);
-                else
-                    append(stored_[c].doubles, 0.0, done, count, out);
+                if (walk_.sources_[c])
+                    copy(stored_[c], begin, count, buffer.columns_[c].data() + buffer.size_);
             }
-            done += count;
-            buffer.size_ += count;
-            if (buffer.size_ == capacity_) buffer.take(thread_, 0, walk_, take_, part_);
+            buffer.size_ += chosen;
         }
     }
 
-    template <class T>
-    void append(std::span<const T> in, double zero, std::size_t done, std::size_t count, double* out) const {
-        if (walk_.chosen_ != nullptr) {
-            // Most of those that lie side by side are chosen together.
-            constexpr std::size_t together = 16;
-            std::size_t k = 0;
-            for (; k + together <= count; k += together) {
-                const auto* const from = chosen_.data() + done + k;
-                const auto* const run = in.data() + from[0];
-                if (from[together - 1] - from[0] == together - 1) {
-                    for (std::size_t i = 0; i < together; ++i)
-                        out[k + i] = zero + static_cast<double>(run[i]);
-                } else {
-                    for (std::size_t i = 0; i < together; ++i)
-                        out[k + i] = zero + static_cast<double>(in[from[i]]);
-                }
-            }
-            for (; k < count; ++k) out[k] = zero + static_cast<double>(in[chosen_[done + k]]);
+    std::span<const std::uint64_t> wordsOf(std::size_t begin, std::size_t count) const {
+        return words_.subspan(begin / PointMask::wordBits, wordCount(count));
+    }
+    std::size_t chosenOf(std::size_t begin, std::size_t count) const {
+        std::size_t sum = 0;
+        for (const auto word : wordsOf(begin, count)) sum += static_cast<std::size_t>(std::popcount(word));
+        return sum;
+    }
+
+    void copy(const Stored& from, std::size_t begin, std::size_t count, double* out) const {
+        if (walk_.chosen_ == nullptr) {
+            for (std::size_t i = 0; i < count; ++i) out[i] = from.at(begin + i);
+        } else if (from.doubles.empty()) {
+            copyChosen(from.floats.subspan(begin, count), from.offset, wordsOf(begin, count), out);
         } else {
-            for (std::size_t k = 0; k < count; ++k) out[k] = zero + static_cast<double>(in[done + k]);
+            copyChosen(from.doubles.subspan(begin, count), wordsOf(begin, count), out);
         }
     }
 
@@ -248,8 +240,9 @@ class RowWalk::Part {
     const std::uint64_t part_;
     const std::size_t thread_;
     const std::size_t capacity_;
-    std::vector<Buffer> buffers_;  // by group
-    std::vector<std::uint32_t> chosen_, bins_;
+    std::vector<Buffer> buffers_;           // by group
+    std::span<const std::uint64_t> words_;  ///< of the block, if there is a mask
+    std::vector<std::uint32_t> bins_;
     std::array<Stored, columnsOfRow> stored_;
     std::array<std::vector<double>, 2> made_;  ///< of the quantities
     QuantityReader::Scratch quantityScratch_;

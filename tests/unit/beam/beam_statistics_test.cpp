@@ -317,6 +317,63 @@ TEST(BeamStatistics, RowsThatAreNoNumbersAreAsIfTheyWereNotThere) {
     }
 }
 
+TEST(BeamStatistics, ABlockMayComeInParts) {
+    for (const std::uint32_t seed : {6U, 7U}) {
+        const auto particles = generate(20000, seed, seed % 2 == 0);
+        const auto values = [&](std::size_t threads) {
+            BeamMoments moments(mass);
+            std::vector<BeamMoments> parts(threads, BeamMoments(mass));
+            const auto block = [&](std::size_t i, const auto& use) {
+                for (std::size_t begin = i * 5000; begin < (i + 1) * 5000; begin += 1250)
+                    use(rowsOf(particles, i, begin, 1250));
+            };
+            for (std::size_t i = 0; i < 4; ++i)
+                block(i, [&](const BeamRows& rows) { parts[i % threads].add(rows); });
+            for (const auto& part : parts) moments.merge(part.blocks());
+            EXPECT_EQ(moments.blocks().size(), 4U);
+            BeamPercentiles percentiles(moments.total());
+            while (percentiles.needsPass()) {
+                std::vector<BeamPercentiles::Gathered> gathered(threads);
+                for (std::size_t i = 0; i < 4; ++i)
+                    block(i, [&](const BeamRows& rows) { percentiles.add(rows, gathered[i % threads]); });
+                for (std::size_t i = 1; i < threads; ++i) gathered[0].merge(gathered[i]);
+                percentiles.finishPass(gathered[0]);
+            }
+            return beamValues(moments.total(), percentiles, {mass, "1", 0, 0.0});
+        };
+        const auto alone = values(1), together = values(3);
+        const auto whole = statisticsOf(particles, 5000, 1, {mass, "1", 0, 0.0});
+        for (std::size_t i = 0; i < alone.size(); ++i) {
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(alone[i]), std::bit_cast<std::uint64_t>(together[i]))
+                << statistics()[i].name;
+            EXPECT_NEAR(alone[i], whole[i], 1e-10 * std::abs(whole[i])) << statistics()[i].name;
+        }
+    }
+}
+
+/// The rows that come first, about which the others are summed at first, lie far from them.
+TEST(BeamStatistics, WhatComesFirstMayBeAnything) {
+    for (const std::uint32_t seed : {1U, 3U}) {
+        auto particles = generate(9000, seed, false);
+        for (std::size_t block = 0; block < particles.size(); block += 3000) {
+            for (std::size_t i = block; i < block + 200; ++i) {
+                particles.weight[i] *= 1e-12;
+                for (const std::size_t c : {0U, 2U, 4U}) particles.coordinate[c][i] += 1e6;
+            }
+        }
+        const auto values = statisticsOf(particles, 3000, 2, {mass, "1", 0, 0.0});
+        Plain plain(particles);
+        for (const std::string name : {"x", "z", "px", "xp", "p"}) {
+            const Real sigma = std::sqrt(plain.variance(name)), mean = plain.average(name);
+            expectClose(valueOf(values, "mean_" + name), mean, std::abs(mean) + sigma, "mean_" + name);
+            expectClose(valueOf(values, "sigma_" + name), sigma, sigma + 1e-3L * std::abs(mean),
+                        "sigma_" + name);
+        }
+        const Real qq = plain.variance("x"), q4 = plain.moment("x", 4, "x", 0);
+        expectClose(valueOf(values, "halo_h_x"), q4 / (qq * qq) - 2, q4 / (qq * qq), "halo_h_x");
+    }
+}
+
 TEST(BeamStatistics, NothingIsSaidOfNothing) {
     const std::set<std::string> counts{"n_particle", "n_finite", "n_slope", "n_lost", "charge"};
     const auto values = statisticsOf(generate(0, 1, false), 100, 1, {mass, "1", 2, 0.0});

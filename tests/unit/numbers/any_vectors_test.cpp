@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <bit>
 #include <cmath>
 
 #include "storage/numbers/bin_axis.h"
 #include "storage/numbers/bin_kernel.h"
+#include "storage/numbers/chosen_kernel.h"
 #include "storage/numbers/range_kernel.h"
 #include "tests/support/random.h"
 
@@ -70,6 +72,36 @@ TEST(AnyVectors, BinsAndRangesAreTheSame) {
                 const bool within = value >= edges[0] && value <= edges[edges.size() / 2];
                 ASSERT_EQ(kept[i / 64] >> (i % 64) & 1, within ? chosen[i / 64] >> (i % 64) & 1 : 0) << value;
             }
+        }
+    }
+}
+
+TEST(AnyVectors, ChosenValuesAreTheSame) {
+    for (std::uint64_t seed = 0; seed < 300; ++seed) {
+        Random random(seed, 95);
+        const double zero = random.chance(0.3) ? 0.0 : random.between(-10.0, 10.0);
+        const auto values = anyValues(random, zero, {-1.0, 0.0, 1.0});
+        std::vector<double> wide(values.begin(), values.end());
+        std::vector<std::uint64_t> words((values.size() + 63) / 64);
+        for (auto& word : words) word = random.oneOf<std::uint64_t>({0, ~0ULL, random.next()});
+        if (const auto over = values.size() % 64; over != 0) words.back() &= (1ULL << over) - 1;
+        std::vector<double> chosen;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            if ((words[i / 64] >> (i % 64) & 1) != 0) chosen.push_back(wide[i]);
+        }
+        for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+            SCOPED_TRACE(testing::Message() << seed << " with " << hwy::TargetName(target));
+            const OneKind kind(target);
+            std::vector<double> out(chosen.size() + storage::roomBehindChosen + 1, 77.0);
+            ASSERT_EQ(storage::copyChosen(values, zero, words, out.data()), chosen.size());
+            for (std::size_t i = 0; i < chosen.size(); ++i)
+                ASSERT_EQ(std::bit_cast<std::uint64_t>(out[i]),
+                          std::bit_cast<std::uint64_t>(zero + chosen[i]));
+            EXPECT_EQ(out.back(), 77.0) << "beyond the room";
+            ASSERT_EQ(storage::copyChosen(wide, words, out.data()), chosen.size());
+            for (std::size_t i = 0; i < chosen.size(); ++i)
+                ASSERT_EQ(std::bit_cast<std::uint64_t>(out[i]), std::bit_cast<std::uint64_t>(chosen[i]));
+            EXPECT_EQ(out.back(), 77.0) << "beyond the room";
         }
     }
 }
