@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a person does with several views in a window of mote-view, as desk_test.py; docs/VIEWER.md numbers it."""
 import math
+import os
 import pathlib
 import random
 import shutil
@@ -203,6 +204,15 @@ class Views(DeskCase):
         self.addCleanup(viewer.close)
         viewer.see("exact")
         self.split(viewer, 4)
+
+        def steps(key, what):
+            before = [pane(viewer.picture(), i, 4) for i in range(4)]
+            viewer.key(key)
+            viewer.until(lambda: all(not numpy.array_equal(pane(viewer.picture(), i, 4), before[i]) for i in range(4)), what)
+
+        children = pathlib.Path(f"/proc/{server.process.pid}/task/{server.process.pid}/children").read_text(encoding="ascii")
+        os.kill(int(children.split()[0]), signal.SIGKILL)  # the process that serves; another takes its place
+        steps("End", "the last step in each")
         server.close()
         viewer.see("Connect now", within=(0, 0, PANEL, 720))
         self.assertIsNone(viewer.where("Connect now", within=(0, 0, PANEL, 720), nth=1))
@@ -211,10 +221,7 @@ class Views(DeskCase):
             if at:  # else it has tried again by itself meanwhile
                 viewer.click(*at)
             viewer.gone("Connect now")
-            before = [pane(viewer.picture(), i, 4) for i in range(4)]
-            viewer.key("End")
-            viewer.until(lambda: all(not numpy.array_equal(pane(viewer.picture(), i, 4), before[i]) for i in range(4)),
-                         "another step in each")
+            steps("Home", "the first step in each")
 
 
 if __name__ == "__main__":
