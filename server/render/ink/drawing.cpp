@@ -12,13 +12,13 @@
 #include "server/render/ink/complexity.h"
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/hatch_field.h"
-#include "server/render/ink/painting.h"
+#include "server/render/ink/paint/painting.h"
+#include "server/render/ink/paint/wash.h"
 #include "server/render/ink/pen.h"
 #include "server/render/ink/segments.h"
 #include "server/render/ink/show.h"
 #include "server/render/ink/solid.h"
 #include "server/render/ink/tone_grid.h"
-#include "server/render/ink/wash.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
 
@@ -128,25 +128,12 @@ class DrawingMaker {
             drawing.shown = shown();
             return drawing;
         }
+        const bool hatches = style_.hatch.strength > 0.0 || said(RegionFill::hatch);
+        const bool washes = style_.wash.everywhere || said(RegionFill::wash);
         Rest rest;
         ChosenLines chosen;
         Segments regions;
-        const bool hatches = style_.hatch.strength > 0.0 || said(RegionFill::hatch);
-        const bool washes = style_.wash.everywhere || said(RegionFill::wash);
-        const auto part = [&] {
-            if (hatches || washes || !style_.regions.empty()) regions = segments();
-        };
-        const auto chooseRest = [&] {
-            rest = inkSolid();
-            chosen = choose(rest);
-        };
-        if (style_.regions.empty()) {
-            bothInTurns(chooseRest, part);
-        } else {
-            part();
-            painting_ = Painting(scene_.modalities, scene_.camera, style_.regions, regions, stop_);
-            chooseRest();
-        }
+        part(hatches || washes, rest, chosen, regions);
         if (isStopped(stop_)) return drawing;
         Wash wash;
         if (washes) wash = washed(regions);
@@ -189,6 +176,20 @@ class DrawingMaker {
         }
     };
 
+    /// What is inked solid, which lines are drawn, and, if they are asked for or painted, the regions.
+    void part(bool needsRegions, Rest& rest, ChosenLines& chosen, Segments& regions) {
+        const auto chooseRest = [&] {
+            rest = inkSolid();
+            chosen = choose(rest);
+        };
+        if (style_.regions.empty())
+            return bothInTurns(chooseRest, [&] {
+                if (needsRegions) regions = segments();
+            });
+        regions = segments();
+        painting_ = Painting(scene_.modalities, scene_.camera, style_.regions, regions, stop_);
+        chooseRest();
+    }
     /// Whether a painted region is drawn so.
     bool said(RegionFill fill) const {
         return std::any_of(style_.regions.begin(), style_.regions.end(),
@@ -237,7 +238,7 @@ class DrawingMaker {
         Rest rest;
         const auto cover =
             coverOf(scene_.lines, wanted_.width, wanted_.height, style_.silhouettes.width * pixels_);
-        rest.solid = solidInk({scene_.modalities, wanted_, cover, painting_}, style_.solid, reading_, stop_);
+        rest.solid = solidInk({scene_.modalities, wanted_, cover, &painting_}, style_.solid, reading_, stop_);
         if (isStopped(stop_)) return {{}, {}, target_};
         rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
                                  {.leastStep = contourStep(), .shortest = reading_}, stop_);
@@ -325,6 +326,11 @@ class DrawingMaker {
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
         return segmentsOf(scene_.modalities, options, stop_);
     }
+    Segments paintedSegments() const {
+        auto regions = segments();
+        Painting(scene_.modalities, scene_.camera, style_.regions, regions, stop_);
+        return regions;
+    }
     void remember(ChosenLines chosen, std::vector<HatchStroke> hatches, Raster<float> density) {
         const auto& modalities = scene_.modalities;
         carry_.reset();
@@ -400,7 +406,7 @@ class DrawingMaker {
             case InkPicture::complexity:
                 return greyPicture(complexity());
             case InkPicture::segments:
-                return labelPicture(segments().label);
+                return labelPicture(paintedSegments().label);
             case InkPicture::target:
                 return paperPicture(spread(target_, cells_, width, height));
             case InkPicture::lighten:

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "server/render/ink/complexity.h"
-#include "server/render/ink/mask.h"
+#include "server/render/ink/paint/mask.h"
 #include "server/render/ink/tone_grid.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
@@ -73,7 +73,7 @@ Raster<float> excessOf(const SolidScene& scene, const Raster<std::uint8_t>& comp
     Raster<float> excess(complex.width, complex.height);
     const auto threshold = static_cast<float>(1.0 - style.strength);
     eachIndex(complex.width, complex.height, [&](std::size_t i) {
-        const auto fill = scene.painting.fillAt(i);
+        const auto fill = scene.fillAt(i);
         if (fill != RegionFill::usual)
             excess.values[i] = fill == RegionFill::ink ? 1.0F : -1.0F;
         else
@@ -173,7 +173,7 @@ SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double readi
     SolidInk made{Raster<Ground>(width, height), {}};
     eachIndex(width, height, [&](std::size_t i) {
         const std::uint8_t inked = excess.values[i] > 0.0F ? 1 : 0;
-        const auto fill = scene.painting.fillAt(i);
+        const auto fill = scene.fillAt(i);
         if (fill != RegionFill::usual) solid.values[i] = inked;  // what is painted is no speck
         if (solid.values[i] != inked) excess.values[i] = solid.values[i] != 0 ? 1.0F : -1.0F;
         if (solid.values[i] != 0)

@@ -12,7 +12,7 @@
 #include "server/render/ink/contour.h"
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/modalities.h"
-#include "server/render/ink/painting.h"
+#include "server/render/ink/paint/painting.h"
 
 namespace mote::render {
 
@@ -27,9 +27,13 @@ struct SolidInk {
 /// What a drawing of solid ink is made from: pictures of one size.
 struct SolidScene {
     const Modalities& modalities;
-    const Raster<float>& wanted;  ///< share of each pixel that ink should cover
-    const Raster<float>& cover;   ///< what lines would cover of each pixel
-    const Painting& painting;     ///< says of some pixels whether they are inked
+    const Raster<float>& wanted;         ///< share of each pixel that ink should cover
+    const Raster<float>& cover;          ///< what lines would cover of each pixel
+    const Painting* painting = nullptr;  ///< says of some pixels whether they are inked; or null
+
+    RegionFill fillAt(std::size_t pixel) const {
+        return painting == nullptr ? RegionFill::usual : painting->fillAt(pixel);
+    }
 };
 
 /// `reading`: pixels, by which cover is blurred; what is smaller than its square is no region and no hole in

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <stop_token>
 #include <utility>
 
 #include "protocol/scene/ink_style.h"
 #include "server/render/ink/drawing.h"
-#include "server/render/ink/wash.h"
+#include "server/render/ink/paint/wash.h"
 #include "server/render/layers/ink/ink_data.h"
 #include "server/render/layers/ink/line_view.h"
 #include "server/render/layers/ink/mesh_lines.h"
@@ -24,6 +25,7 @@ namespace {
 
 // Pixels between places of a line at which what hides it is sought.
 constexpr double sampling = 0.35;
+constexpr double shortestSuggestive = 2.5;  // reading distances that a suggestive contour is long
 
 /// Whether regions are painted to be inked: lines end there.
 bool inksRegions(const InkStyle& style) {
@@ -108,6 +110,16 @@ bool needsLines(const InkStyle& style) {
     }
 }
 
+/// Short suggestive contours tell of noise, not of the form. `shortest`: pixels.
+void dropShortSuggestive(std::vector<InkLine>& lines, double shortest) {
+    std::erase_if(lines, [shortest](const InkLine& line) {
+        double length = 0.0;
+        for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
+            length += glm::distance(line.points[i].at, line.points[i + 1].at);
+        return line.kind == LineKind::suggestive && length < shortest;
+    });
+}
+
 /// What is washed: a surface at the depths of what is seen, and over nothing behind all of it.
 class WashFragments : public FragmentMaker {
   public:
@@ -174,6 +186,7 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data,
                  double pixels, const std::stop_token& stop, InkMemory* memory) {
     auto scene = seenOf(data, layer.transform, style, plan, needsLines(style), stop);
     if (isStopped(stop)) return {};
+    if (!scene.quick) dropShortSuggestive(scene.lines, shortestSuggestive * style.reading * pixels);
     auto drawing = drawInk(scene, style, pixels, stop, memory);
     // It is drawn as if there were all of it, so that lines stay where they are while it fades.
     const auto opacity = drawing.strokes.opacity = static_cast<float>(layer.opacity);

@@ -59,6 +59,6 @@ std::vector<EdgeLine> suggestiveLines(const MeshSurface& surface, const LineView
                                       const std::stop_token& stop);
 
 /// Bytes that this takes meanwhile, at most, by a triangle.
-inline constexpr double suggestiveBytes = 72.0;
+inline constexpr double suggestiveBytes = 84.0;
 
 }  // namespace mote::render

@@ -22,9 +22,8 @@ using glm::dvec3;
 
 constexpr std::size_t atATime = 1024;  // triangles or vertices of a task
 // By how much the radial curvature grows towards the eye where a line is drawn, of the square of the
-// curvature that a tenth of the surface is below, by the cosine that it is seen at.
-constexpr double leastGrowth = 20.0;
-constexpr double flatShare = 0.1;
+// surface's median curvature, by the cosine that it is seen at.
+constexpr double leastGrowth = 0.6;
 constexpr double leastSine = 0.34, leastCosine = 0.05;  // of normals to the way to the eye, where it is told
 
 /// How normals turn along a surface: symmetric, of directions in layer space, 1 by its unit.
@@ -38,6 +37,17 @@ struct Shape {
         xy += static_cast<float>(0.5 * share * (a.x * b.y + a.y * b.x));
         xz += static_cast<float>(0.5 * share * (a.x * b.z + a.z * b.x));
         yz += static_cast<float>(0.5 * share * (a.y * b.z + a.z * b.y));
+    }
+    void add(const Shape& other) {
+        xx += other.xx;
+        yy += other.yy;
+        zz += other.zz;
+        xy += other.xy;
+        xz += other.xz;
+        yz += other.yz;
+    }
+    void scale(float by) {
+        for (float* part : {&xx, &yy, &zz, &xy, &xz, &yz}) *part *= by;
     }
     double along(const dvec3& w) const {
         return w.x * w.x * static_cast<double>(xx) + w.y * w.y * static_cast<double>(yy) +
@@ -140,8 +150,8 @@ class SuggestiveFinder {
   public:
     SuggestiveFinder(const MeshSurface& surface, const LineView& view, const std::stop_token& stop)
         : mesh_(surface.mesh()), view_(view), fans_(mesh_), radial_(mesh_.positions.size()) {
-        const auto shapes = shapesOf(stop);
-        growth_ = leastGrowth * std::pow(flatBend(shapes), 2.0);
+        const auto shapes = evened(shapesOf(stop), stop);
+        growth_ = leastGrowth * std::pow(usualBend(shapes), 2.0);
         eachVertex(stop, [&](std::size_t i) { look(shapes, i); });
         eachVertex(stop, [&](std::size_t i) { radial_[i].growth = static_cast<float>(growthAt(i)); });
     }
@@ -182,21 +192,32 @@ class SuggestiveFinder {
                 areas += flat.area;
             });
             if (!(areas > 0.0)) return;
-            const auto share = static_cast<float>(1.0 / areas);
-            for (float* part :
-                 {&shapes[i].xx, &shapes[i].yy, &shapes[i].zz, &shapes[i].xy, &shapes[i].xz, &shapes[i].yz})
-                *part *= share;
+            shapes[i].scale(static_cast<float>(1.0 / areas));
         });
         return shapes;
     }
-    /// The curvature that a share of the vertices is below.
-    static double flatBend(const std::vector<Shape>& shapes) {
+    /// Each with those at the corners of the triangles around it: what changes from triangle to triangle is
+    /// noise.
+    std::vector<Shape> evened(const std::vector<Shape>& shapes, const std::stop_token& stop) const {
+        std::vector<Shape> even(shapes.size());
+        eachVertex(stop, [&](std::size_t i) {
+            float count = 0.0F;
+            fans_.each(i, [&](std::uint32_t triangle) {
+                for (const auto corner : mesh_.triangles[triangle]) even[i].add(shapes[corner]);
+                count += 3.0F;
+            });
+            if (count > 0.0F) even[i].scale(1.0F / count);
+        });
+        return even;
+    }
+    /// The median of the vertices' curvatures.
+    static double usualBend(const std::vector<Shape>& shapes) {
         if (shapes.empty()) return 0.0;
         constexpr std::size_t most = 50000;
         std::vector<double> bends;
         for (std::size_t i = 0; i < shapes.size(); i += 1 + shapes.size() / most)
             bends.push_back(shapes[i].bend());
-        const auto place = bends.begin() + static_cast<std::ptrdiff_t>(flatShare * bends.size());
+        const auto place = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
         std::nth_element(bends.begin(), place, bends.end());
         return *place;
     }

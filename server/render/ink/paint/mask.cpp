@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/ink/mask.h"
+#include "server/render/ink/paint/mask.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/ink/wash.h"
+#include "server/render/ink/paint/wash.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 
 #include "protocol/scene/srgb.h"
 #include "server/render/ink/complexity.h"
-#include "server/render/ink/mask.h"
+#include "server/render/ink/paint/mask.h"
 #include "server/render/ink/tone_grid.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
@@ -37,8 +37,9 @@ constexpr float rim = 1.3F, drained = 10.0F;         // width of the dark edge; 
 constexpr float rimMore = 2.4F, drainedLess = 0.3F;  // pigment there, of the layer's
 constexpr float flowSize = 80.0F, flowMore = 1.4F;   // of pigment that is laid unevenly
 constexpr float grainSize = 2.6F, grainMore = 1.1F;  // of the paper's hills
-constexpr float partGap = 0.5F;  // of the bleed: how far layers of two regions lie over each other
-constexpr double early = 0.3;    // of the way to a layer's lightness, where it begins
+constexpr double partingStep = 0.01;  // of the extent, where one region ends and another begins
+constexpr float partGap = 0.7F;       // of the bleed: how far layers of two regions lie over each other
+constexpr double early = 0.3;         // of the way to a layer's lightness, where it begins
 
 /// Smooth noise between -1 and 1 with a feature in each unit square: of the picture's plane, which lies
 /// still whatever is drawn on it (Perlin 1985, An Image Synthesizer; values at the corners). `seed`: each
@@ -176,6 +177,13 @@ class Washing {
             within.values[i] = (inside.values[i] - within.values[i]) / static_cast<float>(unit_);
         return blurred(within, std::max(0.5, outlineBlur * unit_));
     }
+    /// Whether something ends between two pixels: on what is round regions meet where nothing does.
+    bool isStep(std::size_t one, std::size_t other) const {
+        const auto& seen = scene_.modalities;
+        const double step = std::abs(static_cast<double>(seen.depth.values[one]) -
+                                     static_cast<double>(seen.depth.values[other]));
+        return seen.part.values[one] != seen.part.values[other] || step > partingStep * seen.extent;
+    }
     /// Pixels on either side of where regions meet: brushes do not go on from one to the next.
     Raster<std::uint8_t> borders() const {
         Raster<std::uint8_t> marks(width_, height_);
@@ -185,7 +193,7 @@ class Washing {
             const std::size_t column = i % width_, row = i / width_;
             const auto parted = [&](std::size_t other) {
                 return label.values[i] < scene_.regions.count && label.values[other] < scene_.regions.count &&
-                       label.values[other] != label.values[i];
+                       label.values[other] != label.values[i] && isStep(i, other);
             };
             const bool any = (column > 0 && parted(i - 1)) || (column + 1 < width_ && parted(i + 1)) ||
                              (row > 0 && parted(i - width_)) || (row + 1 < height_ && parted(i + width_));
