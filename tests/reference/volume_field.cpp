@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -57,7 +58,7 @@ VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle
         transfer_.colorMap = *map;
         transfer_.colorRange = {0.0, 1.0};
     }
-    const auto all = leavesOf(step, values);
+    const auto all = leavesOf(step, style.pointFraction, values);
     std::vector<Leaf> leaves;
     std::copy_if(all.begin(), all.end(), std::back_inserter(leaves),
                  [](const Leaf& leaf) { return leaf.extinction > 0.0; });
@@ -72,7 +73,7 @@ VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle
     fill(leaves, all);
 }
 
-std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep& step,
+std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep& step, const Curve& fraction,
                                                      const render::PointValues* values) const {
     const auto nodes = step.nodes();
     const auto leaves = step.leaves();
@@ -89,13 +90,14 @@ std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep
              density,
              values == nullptr ? t : meanValue(*values, leaves.pointBegin[i], leaves.pointCount[i]),
              extinction,
+             fraction(t),
              evennessOf(step, leaves.pointBegin[i], leaves.pointCount[i])});
     }
     return found;
 }
 
-/// Where the weight of all leaves lies in the cells of one level, and how thick those are that hold what is
-/// seen.
+/// Where the weight of all leaves lies in the cells of one level, how thick those are that hold what is seen,
+/// and what company they have.
 class VolumeField::ThickCells {
   public:
     using Place = std::array<std::int64_t, 3>;
@@ -115,7 +117,9 @@ class VolumeField::ThickCells {
         for (std::size_t axis = 0; axis < 3; ++axis)
             count *= static_cast<std::size_t>(last_[axis] - low_[axis] + 1);
         weights_.resize(count);
-        for (const auto& leaf : all) add(leaf);
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto& leaf : leaves) least = std::min(least, leaf.density);
+        for (const auto& leaf : all) add(leaf, least);
         std::vector<bool> seen(count, false);
         for (const auto& leaf : leaves)
             forCells(leaf, [&](const Place& cell, double) { seen[index(cell)] = true; });
@@ -125,8 +129,8 @@ class VolumeField::ThickCells {
         });
     }
 
-    /// The greatest thickness in and around a cell.
-    double most(const Place& cell) const {
+    /// The greatest thickness in and around a cell, times the cell's company.
+    double share(const Place& cell) const {
         Place from{}, to{};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             from[axis] = std::max(cell[axis] - 1, low_[axis]);
@@ -134,12 +138,13 @@ class VolumeField::ThickCells {
         }
         double most = 0.0;
         forBox(from, to, [&](const Place& near) { most = std::max(most, thick_[index(near)]); });
-        return most;
+        return most * company(cell);
     }
 
   private:
     struct Weight {
-        double sum = 0.0;
+        /// Of all, of what is as dense as any that is seen, and of what is points of thinner leaves.
+        double sum = 0.0, dense = 0.0, beside = 0.0;
         glm::dvec3 moment{0.0};
     };
 
@@ -176,7 +181,7 @@ class VolumeField::ThickCells {
                                         low_[0]);
     }
 
-    void add(const Leaf& leaf) {
+    void add(const Leaf& leaf, double leastSeen) {
         glm::dvec3 at(0.0);
         for (std::size_t axis = 0; axis < 3 && leaf.level > level_; ++axis) {
             const double place =
@@ -186,28 +191,47 @@ class VolumeField::ThickCells {
         forCells(leaf, [&](const Place& cell, double part) {
             auto& weight = weights_[index(cell)];
             weight.sum += part * leaf.density;
+            if (leaf.density >= leastSeen) weight.dense += part * leaf.density;
+            if (leaf.density < leastSeen) weight.beside += part * leaf.density * leaf.points;
             weight.moment += part * leaf.density * at;
         });
     }
 
-    /// Of the weight of the 27 cells in and around one: the harmonic mean of the variances along its
-    /// principal axes, over 3; beyond the cells it goes on as it is.
-    double thickness(const Place& cell) const {
-        glm::dmat3 second(0.0);
-        glm::dvec3 first(0.0);
-        double sum = 0.0;
+    /// Calls visit(what lies there, which of the 27 cells it is) for a cell and those around it; beyond the
+    /// cells matter goes on as it is.
+    template <class Visit>
+    void forNear(const Place& cell, const Visit& visit) const {
         for (int i = 0; i < 27; ++i) {
             const std::array<int, 3> away{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
             Place near{};
             for (std::size_t axis = 0; axis < 3; ++axis)
                 near[axis] = std::clamp(cell[axis] + away[axis], low_[axis], last_[axis]);
-            const auto& [weight, moment] = weights_[index(near)];
-            if (!(weight > 0.0)) continue;
-            const glm::dvec3 where = glm::dvec3(away[0], away[1], away[2]) + moment / weight;
-            sum += weight;
-            first += weight * where;
-            second += weight * glm::outerProduct(where, where);
+            visit(weights_[index(near)], glm::dvec3(away[0], away[1], away[2]));
         }
+    }
+
+    /// How much of what is shown of the weight of the 27 cells in and around one is dense.
+    double company(const Place& cell) const {
+        double dense = 0.0, beside = 0.0;
+        forNear(cell, [&](const Weight& weight, const glm::dvec3&) {
+            dense += weight.dense;
+            beside += weight.beside;
+        });
+        return std::clamp((dense / (dense + beside) - 0.6) / 0.3, 0.0, 1.0);
+    }
+
+    /// Of the weight of these cells: the harmonic mean of the variances along its principal axes, over 3.
+    double thickness(const Place& cell) const {
+        glm::dmat3 second(0.0);
+        glm::dvec3 first(0.0);
+        double sum = 0.0;
+        forNear(cell, [&](const Weight& weight, const glm::dvec3& away) {
+            if (!(weight.sum > 0.0)) return;
+            const glm::dvec3 where = away + weight.moment / weight.sum;
+            sum += weight.sum;
+            first += weight.sum * where;
+            second += weight.sum * glm::outerProduct(where, where);
+        });
         const glm::dmat3 spread = second / sum - glm::outerProduct(first / sum, first / sum);
         // The sum of the inverse's diagonal is that of the inverse variances.
         if (!(glm::determinant(spread) > 0.0)) return 0.0;
@@ -363,8 +387,7 @@ void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<
         const int level = std::min(level_, std::max(leaf.level - 1, 0));
         auto found = levels.find(level);
         if (found == levels.end()) found = levels.emplace(level, ThickCells(leaves, all, level)).first;
-        const double most = found->second.most(cellOf(leaf, level));
-        const double thick = std::round(255.0 * most);
+        const double thick = std::round(255.0 * found->second.share(cellOf(leaf, level)));
         shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(thick * leaf.evenness) / 255.0;
     }
 }

@@ -43,6 +43,7 @@ class VolumeField final : public Volume {
         int level;
         std::array<std::int64_t, 3> place;  ///< among the cells of its level
         double density, t, extinction;      ///< t: its place in the colour map; NaN: it has none
+        double points;                      ///< how much of it is points
         double evenness;                    ///< of its points in its cell, 0 to 1
     };
 
@@ -50,7 +51,8 @@ class VolumeField final : public Volume {
 
     void findShares(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all);
     static std::array<std::int64_t, 3> cellOf(const Leaf& leaf, int level);
-    std::vector<Leaf> leavesOf(const storage::ParticleStep& step, const render::PointValues* values) const;
+    std::vector<Leaf> leavesOf(const storage::ParticleStep& step, const Curve& fraction,
+                               const render::PointValues* values) const;
     bool choose(const std::vector<Leaf>& leaves, int level, double most);
     /// `leaves`: those that are seen.
     void fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all);

@@ -150,7 +150,7 @@ TEST(ReferenceVolume, DevicesHoldTheSameCells) {
             view(orthographic, "[{'density': 0.5, 'opacity': 0}, {'density': 0.6, 'opacity': 0.9}]");
         const auto style = particlesStyleOf(*seen.layers[0].particles());
         const VolumeField field(*step, style);
-        const auto cells = render::stepVolume(*step, style.transfer());
+        const auto cells = render::stepVolume(*step, style.transfer(), style.pointFraction);
         double most = 0.0;
         for (const float root : cells.root) most = std::max(most, static_cast<double>(root));
         shown += most > 0.0 ? 1 : 0;

@@ -19,19 +19,20 @@ std::shared_ptr<const PointSelection> SelectionCache::of(const Step& step, const
 }
 
 std::shared_ptr<const StepVolume> SelectionCache::volume(const Step& step, const TransferFunction& transfer,
-                                                         bool rough,
+                                                         const Curve& fraction, bool rough,
                                                          const std::shared_ptr<const PointValues>& values) {
     volumes_.remove_if([](const Volume& volume) { return volume.step.expired(); });
     const auto* const known = mostRecent(volumes_, [&](const Volume& volume) {
         return volume.step.lock() == step && volume.rough == rough && volume.opacity == transfer.opacity &&
-               volume.values == values;
+               volume.fraction == fraction && volume.values == values;
     });
     if (known != nullptr) return known->grid;
     // Which layers a picture has is bounded, and so is how many of them are kept.
     while (volumes_.size() >= keptVolumes) volumes_.pop_back();
-    auto made = rough ? roughStepVolume(*step, transfer) : stepVolume(*step, transfer, values.get());
+    auto made =
+        rough ? roughStepVolume(*step, transfer) : stepVolume(*step, transfer, fraction, values.get());
     auto grid = made.empty() ? nullptr : std::make_shared<const StepVolume>(std::move(made));
-    volumes_.push_front({step, transfer.opacity, rough, values, grid});
+    volumes_.push_front({step, transfer.opacity, fraction, rough, values, grid});
     return grid;
 }
 

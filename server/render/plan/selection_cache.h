@@ -21,10 +21,11 @@ class SelectionCache {
 
     /// Throws as selectPoints.
     std::shared_ptr<const PointSelection> of(const Step& step, const PointChoice& choice);
-    /// The volume of a step that a transfer function shows; null where it shows nothing. `rough`: without the
-    /// octree. `values`: by leaf, that colour it; null: none. Throws as stepVolume.
+    /// The volume of a step that a transfer function shows among such a share of points; null where it shows
+    /// nothing. `rough`: without the octree. `values`: by leaf, that colour it; null: none. Throws as
+    /// stepVolume.
     std::shared_ptr<const StepVolume> volume(const Step& step, const TransferFunction& transfer,
-                                             bool rough = false,
+                                             const Curve& fraction, bool rough = false,
                                              const std::shared_ptr<const PointValues>& values = nullptr);
     /// What the points of a step weigh; `rough`: without the octree. Throws as stepWeight.
     StepWeight weight(const Step& step, double meanWeight, bool rough);
@@ -52,7 +53,7 @@ class SelectionCache {
     };
     struct Volume {
         std::weak_ptr<const storage::ParticleStep> step;
-        Curve opacity;
+        Curve opacity, fraction;
         bool rough;
         std::shared_ptr<const PointValues> values;
         std::shared_ptr<const StepVolume> grid;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/plan/cell_grid.h"
@@ -123,8 +124,14 @@ std::vector<float> rootsOf(const std::vector<double>& extinction, const glm::uve
 class Summation {
   public:
     /// `values`: of the leaves, that colour them; null: their t does.
-    Summation(const storage::ParticleStep& step, const TransferFunction& transfer, const PointValues* values)
-        : step_(step), nodes_(step.nodes()), leaves_(step.leaves()), transfer_(transfer), values_(values) {
+    Summation(const storage::ParticleStep& step, const TransferFunction& transfer, const Curve& fraction,
+              const PointValues* values)
+        : step_(step),
+          nodes_(step.nodes()),
+          leaves_(step.leaves()),
+          transfer_(transfer),
+          fraction_(fraction),
+          values_(values) {
         MOTE_CHECK(values == nullptr || (values->byLeaf && values->codes.size() == leaves_.size()));
     }
 
@@ -151,7 +158,7 @@ class Summation {
 
   private:
     template <class Visit>
-    void forSeen(const Visit& visit) {
+    void forSeen(const Visit& visit) const {
         LeafMatter matter(transfer_, step_.logDensity());
         for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
             if (leaves_.density[leaf] > 0.0F && matter.look(leaves_.density[leaf])) visit(leaf, matter);
@@ -226,14 +233,28 @@ class Summation {
 
     /// One without a colour has none.
     void shareLeaves(StepVolume& volume) {
-        std::vector<std::uint8_t> seen(leaves_.size(), 0);
-        forSeen([&](std::size_t leaf, const LeafMatter&) { seen[leaf] = 1; });
-        volume.share = thickMatter(step_, seen, grid_, low_, high_);
+        volume.share = thickMatter(step_, shownLeaves(), grid_, low_, high_);
         forSeen([&](std::size_t leaf, const LeafMatter&) {
             if (!hasColor(leaf)) volume.share[leaf] = 0;
         });
         if (std::all_of(volume.share.begin(), volume.share.end(), [](auto share) { return share == 255; }))
             volume.share = {};
+    }
+
+    ShownLeaves shownLeaves() const {
+        ShownLeaves shown{std::vector<std::uint8_t>(leaves_.size(), 0),
+                          std::numeric_limits<float>::infinity(), std::vector<float>(leaves_.size(), 0.0F)};
+        forSeen([&](std::size_t leaf, const LeafMatter&) {
+            shown.seen[leaf] = 1;
+            shown.thinnest = std::min(shown.thinnest, leaves_.density[leaf]);
+        });
+        const LogDensity scale = step_.logDensity();
+        tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t leaf) {
+            const float density = leaves_.density[leaf];
+            if (density < shown.thinnest)
+                shown.points[leaf] = static_cast<float>(fraction_(scale.ofLeaf(density)));
+        });
+        return shown;
     }
 
     void takeShares(const StepVolume& volume) {
@@ -248,6 +269,7 @@ class Summation {
     const storage::OctreeNodes nodes_;
     const storage::Leaves leaves_;
     const TransferFunction& transfer_;
+    const Curve& fraction_;
     const PointValues* const values_;
     glm::uvec3 low_{0}, high_{0};  // around all leaves that are seen, in cells of the deepest level
     CellGrid grid_;
@@ -268,8 +290,8 @@ std::uint64_t StepVolume::bytes() const {
 }
 
 StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer,
-                      const PointValues* values) {
-    return Summation(step, transfer, values).make();
+                      const Curve& fraction, const PointValues* values) {
+    return Summation(step, transfer, fraction, values).make();
 }
 
 StepVolume roughStepVolume(const storage::ParticleStep& step, const TransferFunction& transfer) {

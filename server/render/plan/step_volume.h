@@ -46,10 +46,11 @@ struct StepVolume {
     std::uint64_t bytes() const;
 };
 
-/// From the octree; empty where it shows nothing. `values`: by leaf, that colour it in place of its t; a leaf
+/// From the octree; empty where it shows nothing. `fraction`: t -> how much of a leaf is points (a volume is
+/// no volume where it is alone among them). `values`: by leaf, that colour it in place of its t; a leaf
 /// without one lies in no part in the volume. Throws storage::StorageError.
 StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer,
-                      const PointValues* values = nullptr);
+                      const Curve& fraction, const PointValues* values = nullptr);
 
 /// From the step's own volume, whose cells are taken as leaves: while the octree is not in memory. Throws
 /// storage::StorageError.

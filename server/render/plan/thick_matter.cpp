@@ -14,6 +14,13 @@ namespace {
 // How far the matter in and around a cell spreads along all three axes (Spread): below the one it is too thin
 // to be a volume, above the other it is one. Matter that is even everywhere has 2/9, a sheet close to 0.
 constexpr double thinnest = 0.15, thickest = 0.18;
+// What of the weight that is shown in and around a cell is as dense as what is seen: below the one a cell is
+// alone, above the other it is part of a volume.
+constexpr double loneliest = 0.6, companied = 0.9;
+
+double rise(double value, double from, double to) {
+    return std::clamp((value - from) / (to - from), 0.0, 1.0);
+}
 
 /// How the weights of 3 x 3 x 3 cells, each at its middle, are spread, in cells.
 class Spread {
@@ -43,15 +50,18 @@ class Spread {
 /// The leaves of a step as matter in the cells of one level.
 class Matter {
   public:
-    Matter(const storage::ParticleStep& step, const std::vector<std::uint8_t>& seen, const CellGrid& grid)
+    Matter(const storage::ParticleStep& step, const ShownLeaves& shown, const CellGrid& grid)
         : nodes_(step.nodes()),
           leaves_(step.leaves()),
-          seen_(seen),
+          seen_(shown.seen),
           grid_(grid),
           sums_(grid.count()),
+          dense_(grid.count()),
+          beside_(grid.count()),
           middles_(grid.count()),
           shown_(grid.count()) {
-        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) add(leaf);
+        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf)
+            add(leaf, leaves_.density[leaf] >= shown.thinnest, static_cast<double>(shown.points[leaf]));
         for (std::size_t i = 0; i < sums_.size(); ++i)
             if (sums_[i] > 0.0) middles_[i] /= sums_[i];
     }
@@ -72,42 +82,54 @@ class Matter {
         return {nodes_.level[node], nodes_.morton[node]};
     }
 
-    void add(std::size_t leaf) {
+    void add(std::size_t leaf, bool dense, double points) {
         const CellAt at = cellOf(leaf);
         const double density = leaves_.density[leaf];
         const glm::dvec3 place = grid_.placeInCell(at);
         grid_.forCells(at, [&](std::size_t cell, double part) {
             sums_[cell] += part * density;
+            if (dense) dense_[cell] += part * density;
+            beside_[cell] += part * density * points;
             middles_[cell] += part * density * place;
             shown_[cell] |= seen_[leaf];
         });
     }
 
-    /// A cell is thick where matter spreads to all sides of it; beyond the cells it goes on as it is.
-    double thickness(const glm::uvec3& cell) const {
+    /// What a cell is, each 0 to 1.
+    struct CellShare {
+        double thickness = 0.0;  ///< matter spreads to all sides of it
+        double company = 0.0;    ///< what is around it belongs to the volume, too
+    };
+
+    /// Beyond the cells matter goes on as it is.
+    CellShare shareOf(const glm::uvec3& cell) const {
         Spread spread;
+        double dense = 0.0, beside = 0.0;
         for (int i = 0; i < 27; ++i) {
             const glm::ivec3 away(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
             const glm::ivec3 near =
                 glm::clamp(glm::ivec3(cell) + away, glm::ivec3(grid_.low), glm::ivec3(grid_.high) - 1);
             const std::size_t at = grid_.index(glm::uvec3(near));
             spread.add(glm::dvec3(away) + middles_[at], sums_[at]);
+            dense += dense_[at];
+            beside += beside_[at];
         }
-        return std::clamp((spread.harmonic() - thinnest) / (thickest - thinnest), 0.0, 1.0);
+        return {rise(spread.harmonic(), thinnest, thickest),
+                rise(dense / (dense + beside), loneliest, companied)};
     }
 
-    /// The greatest thickness in and around each cell that is shown, in 255ths.
+    /// The greatest thickness in and around each cell that is shown, times its company, in 255ths.
     std::vector<std::uint8_t> sharesOfCells() const {
-        std::vector<double> thick(sums_.size(), 0.0);
+        std::vector<CellShare> found(sums_.size());
         grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
-            if (shown_[at] != 0) thick[at] = thickness(cell);
+            if (shown_[at] != 0) found[at] = shareOf(cell);
         });
-        std::vector<std::uint8_t> shares(thick.size(), 0);
+        std::vector<std::uint8_t> shares(found.size(), 0);
         grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
             if (shown_[at] == 0) return;
             double most = 0.0;
-            grid_.forAround(cell, [&](std::size_t near) { most = std::max(most, thick[near]); });
-            shares[at] = static_cast<std::uint8_t>(std::lround(255.0 * most));
+            grid_.forAround(cell, [&](std::size_t near) { most = std::max(most, found[near].thickness); });
+            shares[at] = static_cast<std::uint8_t>(std::lround(255.0 * most * found[at].company));
         });
         return shares;
     }
@@ -116,9 +138,10 @@ class Matter {
     const storage::Leaves leaves_;
     const std::vector<std::uint8_t>& seen_;
     const CellGrid grid_;
-    // By cell: the weight of all leaves, over the cell's share of the plot; the middle of it, in cells from
-    // the cell's centre; whether any leaf is seen.
-    std::vector<double> sums_;
+    // By cell: the weight of all leaves, over the cell's share of the plot, of those that are as dense as any
+    // that is seen, and of what is points of thinner ones; the middle of the first, in cells from the cell's
+    // centre; whether any leaf is seen.
+    std::vector<double> sums_, dense_, beside_;
     std::vector<glm::dvec3> middles_;
     std::vector<std::uint8_t> shown_;
 };
@@ -157,20 +180,20 @@ void keepLumps(const storage::ParticleStep& step, const std::vector<std::uint8_t
 
 }  // namespace
 
-std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step,
-                                      const std::vector<std::uint8_t>& seen, const CellGrid& grid,
-                                      const glm::uvec3& low, const glm::uvec3& high) {
+std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step, const ShownLeaves& shown,
+                                      const CellGrid& grid, const glm::uvec3& low, const glm::uvec3& high) {
+    const auto& seen = shown.seen;
     std::vector<std::uint8_t> shares(seen.size(), 255);
     const auto nodes = step.nodes();
     const auto leaves = step.leaves();
     unsigned coarsest = grid.level + 1;
     for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf)
         if (seen[leaf] != 0) coarsest = std::min<unsigned>(coarsest, nodes.level[leaves.node[leaf]]);
-    Matter(step, seen, grid).shareOut(grid.level + 1, deepestLevel, shares);
+    Matter(step, shown, grid).shareOut(grid.level + 1, deepestLevel, shares);
     // In cells of its own size a leaf is as thick as a cell, wherever its points lie: it is looked at in
     // larger ones.
     for (unsigned level = coarsest; level <= grid.level; ++level)
-        Matter(step, seen, CellGrid::around(low, high, level - std::min(level, 1U)))
+        Matter(step, shown, CellGrid::around(low, high, level - std::min(level, 1U)))
             .shareOut(level, level, shares);
     keepLumps(step, seen, shares);
     return shares;

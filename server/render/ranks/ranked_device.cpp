@@ -64,6 +64,13 @@ std::shared_ptr<const StepVolume> volumeOf(const PointsPlan& points, const Frame
     return own != plan.fields.end() ? own->density()->grid : nullptr;
 }
 
+/// How much is points of the layer that a volume is of.
+const Curve& fractionOf(const FieldPlan& field, const FramePlan& plan) {
+    const auto own = std::ranges::find(plan.points, field.layer, &PointsPlan::layer);
+    MOTE_CHECK(own != plan.points.end());
+    return own->fraction;
+}
+
 /// Gives an order's plan the rank's own data, and the same selections of them as rank 0 has.
 void complete(FrameOrder& order, RankSteps& steps, KnownParts& known) {
     for (std::size_t i = 0; i < order.plan.fields.size(); ++i) {
@@ -71,8 +78,9 @@ void complete(FrameOrder& order, RankSteps& steps, KnownParts& known) {
         if (auto* const cells = std::get_if<DensityField>(&samples)) {
             cells->step = held(steps.open(order.fieldSteps[i]));
             cells->values = known.values.of(cells->values);
-            cells->grid =
-                known.selections.volume(cells->step, order.plan.fields[i].transfer, false, cells->values);
+            const FieldPlan& field = order.plan.fields[i];
+            cells->grid = known.selections.volume(cells->step, field.transfer, fractionOf(field, order.plan),
+                                                  false, cells->values);
         } else {
             std::get<CorrectedField>(samples).grid = held(steps.openGrid(order.fieldSteps[i]));
         }

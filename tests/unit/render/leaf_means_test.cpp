@@ -66,7 +66,8 @@ TEST(LeafMeans, OfLeavesAreTheirOwn) {
 TEST(LeafMeans, OfOneValueColorEveryCellAlike) {
     const auto step = someStep();
     const PointValues values{.codes = std::vector<ValueCode>(step->leaves().size(), 16384), .byLeaf = true};
-    const auto plain = stepVolume(*step, shown()), colored = stepVolume(*step, shown(), &values);
+    const auto plain = stepVolume(*step, shown(), Curve::constant(1.0)),
+               colored = stepVolume(*step, shown(), Curve::constant(1.0), &values);
     EXPECT_EQ(colored.root, plain.root);
     EXPECT_EQ(colored.share, plain.share);
     std::size_t seen = 0;
@@ -83,7 +84,8 @@ TEST(LeafMeans, ALeafWithoutAValueIsPointsAlone) {
     PointValues values{.codes = std::vector<ValueCode>(step->leaves().size(), 60000), .byLeaf = true};
     const std::size_t last = values.codes.size() - 1;
     for (std::size_t leaf = 0; leaf <= last; leaf += 2) values.codes[last - leaf] = noValue;
-    const auto plain = stepVolume(*step, shown()), colored = stepVolume(*step, shown(), &values);
+    const auto plain = stepVolume(*step, shown(), Curve::constant(1.0)),
+               colored = stepVolume(*step, shown(), Curve::constant(1.0), &values);
     double all = 0.0, left = 0.0;
     const auto leaves = step->leaves();
     for (std::size_t leaf = 0; leaf <= last; ++leaf) {

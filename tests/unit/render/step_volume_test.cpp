@@ -24,6 +24,11 @@ TransferFunction shown(std::vector<Curve::Knot> knots) {
     return ParticlesStyle::transferOf(Curve::create(std::move(knots)).value(), ColorMap::standard());
 }
 
+/// Where a curve shows nothing.
+Curve allPoints() {
+    return Curve::constant(1.0);
+}
+
 /// Particles on a plane that is a little thicker than nothing, in any direction.
 std::vector<WeightedPoint> sheet(std::size_t count, double thickness, std::uint64_t seed) {
     std::mt19937_64 random(seed);
@@ -84,7 +89,7 @@ TEST(StepVolume, HoldsAllThatItsLeavesShowWhateverTheCurveAndTheCells) {
         std::vector<Curve::Knot> knots;
         for (int i = 0; i <= 8; ++i) knots.push_back({i / 8.0, share(random) * (seed % 2 == 0 ? 1.0 : 0.1)});
         const auto transfer = shown(knots);
-        const auto volume = stepVolume(*step, transfer);
+        const auto volume = stepVolume(*step, transfer, allPoints());
         ASSERT_FALSE(volume.empty());
         EXPECT_LE(volume.root.size(), std::size_t{1} << (3 * (seed % 7)));
         const double expected = matterOfLeaves(*step, transfer, volume);
@@ -96,9 +101,9 @@ TEST(StepVolume, AThinSheetStaysPointsAndABallIsAVolume) {
     const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const auto thin = MemoryStep::make(sheet(100000, 1e-4, seed), {.leafCapacity = 32, .volumeLevel = 5});
-        EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer)), 0.1) << seed;
+        EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer, allPoints())), 0.1) << seed;
         const auto thick = MemoryStep::make(ball(100000, seed), {.leafCapacity = 32, .volumeLevel = 5});
-        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer)), 0.95) << seed;
+        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer, allPoints())), 0.95) << seed;
     }
 }
 
@@ -114,10 +119,10 @@ TEST(StepVolume, ASheetIsThinHoweverItLiesAndHoweverLargeItsLeavesAre) {
             place.z = 0.5 + alongX * (place.x - 0.5) + alongY * (place.y - 0.5);
         const auto level = static_cast<std::uint8_t>(4 + seed % 4);
         const auto thin = MemoryStep::make(points, {.leafCapacity = 64, .volumeLevel = level});
-        EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer)), 0.05) << seed;
+        EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer, allPoints())), 0.05) << seed;
         const auto thick = MemoryStep::make(ball(50000, seed), {.leafCapacity = 64, .volumeLevel = level});
         // Leaves at its edge are half filled.
-        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer)), 0.9) << seed;
+        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer, allPoints())), 0.9) << seed;
     }
 }
 
@@ -134,15 +139,60 @@ TEST(StepVolume, ALatticeOfLumpsStaysPointsAndAGasIsAVolume) {
         for (auto& [place, weight] : lattice) place = (glm::floor(place * side) + 0.5) / side + 1e-5 * place;
         const test::MemoryStepOptions options{.leafCapacity = 64, .volumeLevel = 5};
         const auto lumps = MemoryStep::make(lattice, options), even = MemoryStep::make(gas, options);
-        EXPECT_LT(meanShare(*lumps, stepVolume(*lumps, transfer)), 0.05) << seed;
-        EXPECT_GT(meanShare(*even, stepVolume(*even, transfer)), 0.95) << seed;
+        EXPECT_LT(meanShare(*lumps, stepVolume(*lumps, transfer, allPoints())), 0.05) << seed;
+        EXPECT_GT(meanShare(*even, stepVolume(*even, transfer, allPoints())), 0.95) << seed;
+    }
+}
+
+/// Of the particles in leaves that the curve shows: how much is volume, on average.
+double meanShareSeen(const MemoryStep& step, const TransferFunction& transfer,
+                     const Curve& fraction = allPoints()) {
+    const auto volume = stepVolume(step, transfer, fraction);
+    const auto leaves = step.leaves();
+    double sum = 0.0, points = 0.0;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        if (!(transfer.extinction(step.logDensity().ofLeaf(leaves.density[i])) > 0.0)) continue;
+        sum += leaves.pointCount[i] * volume.shareOf(i);
+        points += leaves.pointCount[i];
+    }
+    return sum / points;
+}
+
+/// The t that a share of the leaves reaches at most.
+double quantile(const MemoryStep& step, double share) {
+    const auto densities = step.leaves().density;  // ascending
+    const auto at = static_cast<double>(densities.size()) * share;
+    return step.logDensity().ofLeaf(densities[static_cast<std::size_t>(at)]);
+}
+
+/// Leaves of an even gas differ by chance: a curve that begins among them shows no volume, but cells here and
+/// there. Where nothing else is shown, these are what was asked for.
+TEST(StepVolume, WhatIsAloneAmongPointsIsPoints) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        const auto gas = MemoryStep::make(test::evenCloud(30000 + 5000 * seed, seed),
+                                          {.leafCapacity = 32, .volumeLevel = 5});
+        const double rare = quantile(*gas, 0.95);
+        const auto few = shown({{rare, 0.0}, {rare, 0.2}});
+        EXPECT_LT(meanShareSeen(*gas, few), 0.02) << seed;
+        EXPECT_GT(meanShareSeen(*gas, few, Curve::constant(0.0)), 0.98) << seed;
+        const double most = quantile(*gas, 0.05);
+        EXPECT_GT(meanShareSeen(*gas, shown({{most, 0.0}, {most, 0.2}})), 0.9) << seed;
+    }
+}
+
+TEST(StepVolume, ADenseBallAmongPointsIsAVolume) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        auto points = ball(50000, seed);
+        for (const auto& point : test::evenCloud(10000, seed + 100)) points.push_back(point);
+        const auto both = MemoryStep::make(points, {.leafCapacity = 32, .volumeLevel = 5});
+        EXPECT_GT(meanShareSeen(*both, shown({{0.5, 0.0}, {0.5, 0.2}})), 0.95) << seed;
     }
 }
 
 TEST(StepVolume, WhatTheVolumeDoesNotHoldIsDrawnAsPoints) {
     const auto step = MemoryStep::make(sheet(50000, 3e-3, 9), {.leafCapacity = 32, .volumeLevel = 6});
     const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
-    const auto volume = std::make_shared<const StepVolume>(stepVolume(*step, transfer));
+    const auto volume = std::make_shared<const StepVolume>(stepVolume(*step, transfer, allPoints()));
     const auto none = Curve::constant(0.0);  // by their density none is a point
     const auto selection = selectPoints(*step, {.fraction = none, .volume = volume});
     double expected = 0.0;
@@ -163,7 +213,7 @@ TEST(StepVolume, WhatTheVolumeDoesNotHoldIsDrawnAsPoints) {
 
 TEST(StepVolume, CoversWhatIsSeenAndNoMore) {
     const auto step = MemoryStep::make(ball(50000, 3), {.leafCapacity = 32, .volumeLevel = 5});
-    const auto volume = stepVolume(*step, shown({{0.0, 0.1}, {1.0, 0.3}}));
+    const auto volume = stepVolume(*step, shown({{0.0, 0.1}, {1.0, 0.3}}), allPoints());
     const auto toPlot = volume.toPlot();
     for (int axis = 0; axis < 3; ++axis) {
         const double low = toPlot[3][axis], edge = std::ldexp(1.0, -static_cast<int>(volume.level));
@@ -176,8 +226,8 @@ TEST(StepVolume, CoversWhatIsSeenAndNoMore) {
 
 TEST(StepVolume, IsEmptyWhereNothingIsSeen) {
     const auto step = MemoryStep::make(ball(1000, 1));
-    EXPECT_TRUE(stepVolume(*step, shown({{0.0, 0.0}, {1.0, 0.0}})).empty());
-    EXPECT_TRUE(stepVolume(*MemoryStep::make({}), shown({{0.0, 0.5}})).empty());
+    EXPECT_TRUE(stepVolume(*step, shown({{0.0, 0.0}, {1.0, 0.0}}), allPoints()).empty());
+    EXPECT_TRUE(stepVolume(*MemoryStep::make({}), shown({{0.0, 0.5}}), allPoints()).empty());
 }
 
 TEST(StepVolume, WithoutTheOctreeItIsThatOfTheStepsOwnCells) {

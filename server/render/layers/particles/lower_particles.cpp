@@ -239,7 +239,7 @@ std::shared_ptr<const StepVolume> volumeOf(const std::shared_ptr<const storage::
                                            const Lowering& out) {
     const auto transfer = style.transfer();
     if (!transfer.visible()) return nullptr;
-    return out.selections.volume(step, transfer, treeWaits(*step, out), means);
+    return out.selections.volume(step, transfer, style.pointFraction, treeWaits(*step, out), means);
 }
 
 /// By what a layer's volume is coloured in place of its density; null: nothing.
