@@ -5,6 +5,7 @@
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -45,12 +46,12 @@ std::unique_ptr<Message> emptyOf(const Descriptor& type) {
         google::protobuf::MessageFactory::generated_factory()->GetPrototype(&type)->New());
 }
 
-/// All numbers of a field are one.
+/// All numbers of a field are one; a list of any number has it once.
 void setAll(Message& message, const FieldDescriptor& field, double value) {
     const auto& reflection = *message.GetReflection();
     if (!field.is_repeated()) return reflection.SetDouble(&message, &field, value);
     reflection.ClearField(&message, &field);
-    for (int i = 0; i < countOf(field); ++i) reflection.AddDouble(&message, &field, value);
+    for (int i = 0; i < std::max(countOf(field), 1); ++i) reflection.AddDouble(&message, &field, value);
 }
 
 /// With all that must be said.
