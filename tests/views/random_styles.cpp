@@ -205,6 +205,30 @@ proto::StippleStyle anyStippleStyle(Random& random) {
     return style;
 }
 
+void addWash(Random& random, proto::InkStyle& style) {
+    auto& wash = *style.mutable_wash();
+    if (random.chance(0.5)) setAnyColor(random, wash.mutable_color());
+    for (const int field : {wash.kStrengthFieldNumber, wash.kTonesFieldNumber, wash.kEdgesFieldNumber,
+                            wash.kGranulationFieldNumber})
+        if (random.chance(0.4)) setNumber(random, wash, field);
+    if (random.chance(0.4)) setNumber(random, wash, wash.kBleedFieldNumber, 12.0);
+}
+
+/// Dabs in a box as plots have it, or near the middle of data that are smaller or larger.
+void addRegions(Random& random, proto::InkStyle& style) {
+    for (auto count = 1 + random.below(3); count > 0; --count) {
+        auto& region = *style.add_regions();
+        const double size = random.oneOf({0.1, 1.0, 100.0});
+        for (auto dabs = 1 + random.below(6); dabs > 0; --dabs) {
+            for (int i = 0; i < 3; ++i) region.add_dabs(size * random.between(-1.0, 1.0));
+        }
+        region.set_radius(size * random.between(0.05, 1.0));
+        region.set_whole(random.chance(0.4));
+        setAnyWord(random, region, region.kFillFieldNumber);
+        if (random.chance(0.4)) region.set_direction_degrees(random.between(-180.0, 180.0));
+    }
+}
+
 proto::InkStyle anyInkStyle(Random& random) {
     proto::InkStyle style;
     auto& silhouettes = *style.mutable_silhouettes();
@@ -229,6 +253,11 @@ proto::InkStyle anyInkStyle(Random& random) {
     if (random.chance(0.2)) setWord(random, style, style.kShowFieldNumber);
     if (random.chance(0.3)) setNumber(random, style, style.kWaverFieldNumber);
     style.set_taper(random.chance(0.3));
+    // By numbers of its own: all else stays as it would be.
+    Random own(style.ByteSizeLong(), 7);
+    silhouettes.set_suggestive(own.chance(0.3));
+    if (own.chance(0.3)) addWash(own, style);
+    if (own.chance(0.3)) addRegions(own, style);
     return style;
 }
 

@@ -187,12 +187,41 @@ InkStyle anyStyle(test::Random& random) {
     if (random.chance(0.3)) style.show = shows[random.below(shows.size())];
     style.waver = number(0.0, 16.0);
     style.taper = random.chance(0.5);
+    style.silhouettes.suggestive = random.chance(0.3);
+    style.wash = {.everywhere = random.chance(0.4),
+                  .color = {random.unit(), number(0.0, 1.0), random.unit()},
+                  .strength = number(0.0, 1.0),
+                  .tones = static_cast<int>(1 + random.below(8)),
+                  .edges = number(0.0, 1.0),
+                  .granulation = number(0.0, 1.0),
+                  .bleed = number(0.0, 64.0)};
+    for (auto count = random.below(4); count > 0 && random.chance(0.7); --count) {
+        style.regions.push_back({.dabs = {random.direction(), glm::dvec3(0.0), 1e30 * random.direction()},
+                                 .radius = random.oneOf({1e-300, 0.3, 2.0, 1e30}),
+                                 .whole = random.chance(0.5),
+                                 .fill = random.oneOf({RegionFill::usual, RegionFill::hatch, RegionFill::ink,
+                                                       RegionFill::wash, RegionFill::none}),
+                                 .direction = std::nullopt});
+        if (random.chance(0.5)) style.regions.back().direction = number(-360.0, 360.0);
+    }
     return style;
+}
+
+/// How many fragments there are.
+std::size_t expectWash(const FragmentMaker& wash, const Look& look) {
+    Fragments fragments;
+    wash.make({0, 0, look.width, look.height}, fragments);
+    for (const auto& one : fragments) {
+        EXPECT_TRUE(std::isfinite(one.depth));
+        EXPECT_TRUE(one.opacity > 0.0F && one.opacity <= 1.0F);
+        for (int i = 0; i < 3; ++i) EXPECT_TRUE(one.color[i] >= 0.0F && std::isfinite(one.color[i]));
+    }
+    return fragments.size();
 }
 
 TEST(InkDrawing, AnyStyleDoesNoHarm) {
     test::Random random(21);
-    std::size_t points = 0;
+    std::size_t points = 0, washed = 0;
     for (int i = 0; i < 120; ++i) {
         const auto form = test::meshForms()[i % test::meshForms().size()];
         const auto surface = surfaceOf(form, static_cast<std::uint32_t>(random.below(4)));
@@ -216,8 +245,10 @@ TEST(InkDrawing, AnyStyleDoesNoHarm) {
         for (const auto& fragments : plan.fragments) {
             for (const auto& one : *fragments) EXPECT_TRUE(std::isfinite(one.depth)) << i;
         }
+        for (const auto& wash : plan.surfaces) washed += expectWash(*wash, look);
     }
     EXPECT_GT(points, 10000U);
+    EXPECT_GT(washed, 1000U);
 }
 
 // The pen: how lines and hatches lie in depth, and that the hand does no harm.

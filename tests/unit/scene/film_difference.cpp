@@ -92,6 +92,7 @@ Layer withoutCurves(Layer layer) {
         // Without a strength there is none.
         ink->mutable_ink()->set_strength(0.5);
         ink->mutable_ink()->set_complexity(0.3);
+        *ink->mutable_wash() = {};
     }
     auto* const hybrid = std::get_if<proto::HybridStyle>(&layer.style);
     if (hybrid == nullptr || hybrid->curve().empty()) return layer;
@@ -184,8 +185,12 @@ std::vector<Shown> shownBy(const View& view) {
         collect(toProto(alone).layers(0), contents);
         for (int i = 0; i < 16; ++i) contents.numbers.push_back(layer.transform[i / 4][i % 4]);
         if (layer.ink()) {
-            const auto brush = inkStyleOf(*layer.ink()).solid;
-            contents.numbers.push_back(brush.strength * brush.complexity);
+            const auto style = inkStyleOf(*layer.ink());
+            contents.numbers.push_back(style.solid.strength * style.solid.complexity);
+            const double washed = style.wash.everywhere ? style.wash.strength : 0.0;
+            for (int i = 0; i < 3; ++i) contents.numbers.push_back(washed * style.wash.color[i]);
+            contents.numbers.push_back(washed * style.wash.edges);
+            contents.numbers.push_back(washed * style.wash.granulation);
         }
         all.push_back({layer.dataset + "#" + std::to_string(layer.step) + contents.words, layer.opacity,
                        contents.numbers, curvesOf(layer)});

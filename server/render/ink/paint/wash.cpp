@@ -35,7 +35,7 @@ constexpr float crisp = 0.7F, soft = 11.0F;          // half of an edge's width,
 constexpr float wetPatch = 60.0F;                    // size of what stays wet while the next layer comes
 constexpr float rim = 1.3F, drained = 10.0F;         // width of the dark edge; of what it was drained of
 constexpr float rimMore = 2.4F, drainedLess = 0.3F;  // pigment there, of the layer's
-constexpr float flowSize = 80.0F, flowMore = 1.4F;   // of pigment that is laid unevenly
+constexpr float flowSize = 80.0F, flowMore = 1.0F;   // of pigment that is laid unevenly
 constexpr float grainSize = 2.6F, grainMore = 1.1F;  // of the paper's hills
 constexpr double partingStep = 0.01;  // of the extent, where one region ends and another begins
 constexpr float partGap = 0.7F;       // of the bleed: how far layers of two regions lie over each other
@@ -173,8 +173,12 @@ class Washing {
         auto within = distanceTo(mask, most_, stop_);
         for (auto& value : mask.values) value = value == 0 ? 1 : 0;
         const auto inside = distanceTo(mask, most_, stop_);
-        for (std::size_t i = 0; i < within.values.size(); ++i)
-            within.values[i] = (inside.values[i] - within.values[i]) / static_cast<float>(unit_);
+        // From the side of a pixel on, which is half of one nearer than the middle of the next.
+        eachPixel([&](std::size_t i, const glm::vec2&) {
+            const float away = within.values[i];
+            const float pixels = away > 0.0F ? 0.5F - away : inside.values[i] - 0.5F;
+            within.values[i] = pixels / static_cast<float>(unit_);
+        });
         return blurred(within, std::max(0.5, outlineBlur * unit_));
     }
     /// Whether something ends between two pixels: on what is round regions meet where nothing does.
