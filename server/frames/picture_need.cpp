@@ -8,6 +8,7 @@
 #include "protocol/scene/fields/facts.h"
 #include "server/encode/encode.h"
 #include "server/frames/planning.h"
+#include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/stipple/tone.h"
 
 namespace mote::server {
@@ -28,13 +29,26 @@ double dotsOf(const StippleStyle& style, const proto::Manifest* manifest, double
     return std::min(spaced, static_cast<double>(manifest->stipple().points()));
 }
 
+/// Whether anything of it is washed, everywhere or where it is painted.
+bool washes(const proto::InkStyle& ink) {
+    return ink.has_wash() || std::any_of(ink.regions().begin(), ink.regions().end(),
+                                         [](const auto& region) { return region.fill() == "wash"; });
+}
+
 /// Of the layer's kind; dots apart.
 PixelNeed needOf(const Layer& layer, const proto::Manifest* manifest, double pixels) {
     if (const auto* const ink = layer.ink()) {
         constexpr double ofPicture = 44.0;      // that is shown in place of strokes
+        constexpr double ofWash = 8.0;          // kept: its pigment, and at which depth it lies
+        constexpr double whileWashed = 72.0;    // with what distances to its edges take
         constexpr double mostFine = 1U << 23U;  // as of volume_modalities: four rays in some pixels
         const bool mesh = manifest != nullptr && manifest->kind() == "mesh";
-        return {!mesh && pixels <= mostFine ? 84.0 : 52.0, ink->show().empty() ? 6.0 : ofPicture};
+        const bool washed = washes(*ink);
+        double planned = !mesh && pixels <= mostFine ? 84.0 : 52.0;
+        if (washed) planned = std::max(planned, whileWashed);
+        if (mesh && ink->silhouettes().suggestive())
+            planned += render::suggestiveBytes * static_cast<double>(manifest->mesh().triangles()) / pixels;
+        return {planned, ink->show().empty() ? 6.0 + (washed ? ofWash : 0.0) : ofPicture};
     }
     // Fragments, in a list, and as a device takes them.
     if (layer.hybrid() != nullptr && !layer.hybrid()->shows().empty()) return {32.0, 32.0 + 40.0};

@@ -75,6 +75,7 @@ KINDS = {
     "glass": ({"dataset": SKIN, "mesh": {"opacity": 0.4}}, {}),
     "image": ({"dataset": "data/photo", "image": {}, "opacity": 0.5}, {}),
     "ink": ({"dataset": SKIN, "ink": INK}, {}),
+    "wash": ({"dataset": SKIN, "ink": {**INK, "wash": {}}}, {}),
     "field-ink": ({"dataset": FIELD, "ink": INK}, {}),
     "beam-ink": ({"dataset": BEAM, "ink": INK}, {}),
     "page": ({"dataset": SKIN, "ink": INK}, {"page": {"format": "PDF"}, "size": (4096, 4096)}),

@@ -44,6 +44,7 @@ void InkEditor::draw(const LayerPanel& panel) {
     drawThese("Lines", {"silhouettes", "reading"});
     drawThese("Hatching", {"hatch"});
     drawThese("Brush", {"ink"});
+    drawThese("Watercolour", {"wash"});
     if (section("Ink"))
         fieldControls(panel.actions, style, shown,
                       [&](std::string_view name) { return !drawn.contains(name.substr(0, name.find('.'))); });
