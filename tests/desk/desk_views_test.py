@@ -102,7 +102,7 @@ class Views(DeskCase):
         viewer.click(*LEFT)
         viewer.key("End")
         self.panes_show(viewer, lambda panes: [view["layers"][0].get("step") for view in panes] == [5, 2])
-        viewer.see("step 2, its last", within=(470, 0, PANEL, 60))
+        viewer.see("step 2, its last", within=(470, 600, PANEL, BOTTOM))
         viewer.key("Home")
         viewer.gone("step 2, its last")
 

@@ -227,8 +227,9 @@ void drawPaneFrames(const Panes& panes, const PictureArea& whole) {
         if (held && panes.links().steps) {
             const auto said = fmt::format("step {}, its last", *held);
             const float inset = 8.0F * area.scale;
-            const ImVec2 at{area.left + 2.0F * inset, area.top + 2.0F * inset},
-                size = ImGui::CalcTextSize(said.c_str());
+            const ImVec2 size = ImGui::CalcTextSize(said.c_str());
+            // Beside the triad: the picture's own labels are above.
+            const ImVec2 at{area.left + 100.0F * area.scale, area.top + area.height - 2.0F * inset - size.y};
             draw.AddRectFilled({at.x - inset, at.y - inset / 2.0F},
                                {at.x + size.x + inset, at.y + size.y + inset / 2.0F},
                                IM_COL32(20, 24, 32, 220), inset);
