@@ -34,11 +34,12 @@ std::shared_ptr<const MemoryStep> evenVolume(double t) {
     return volumeOf(3, std::vector<double>(512, t));
 }
 
-/// `camera` and `opacity` curve as JSON.
-View view(const std::string& camera, const std::string& curve, const std::string& background = "[0, 0, 0]") {
+/// `camera`, `opacity` curve and points as JSON.
+View view(const std::string& camera, const std::string& curve, const std::string& background = "[0, 0, 0]",
+          const std::string& points = "{}") {
     return viewOf("{'width': 21, 'height': 11, 'background': " + background + ", 'camera': {" + camera +
                   "}, 'layers': [{'particles': {'volume': {'colorMap': 'viridis', 'curve': " + curve +
-                  "}}}]}");
+                  "}, 'points': " + points + "}}]}");
 }
 
 const char* const perspective = "'eye': [0, 0, 4], 'target': [0, 0, 0], 'fovYDegrees': 10";
@@ -126,9 +127,10 @@ TEST(ReferenceVolume, ARampAlongTheRayIsIntegrated) {
     // Two slices: extinction rises from 0 at z = -1/2 to that of an opacity of 1/20 at z = 1/2, constant
     // beyond: over all of the way that is as much as a length of 1 of it. The midpoint rule errs by h^2/24
     // times the jump of the slope (32/20) at the two kinks: for 64 samples in a cell of length 1 about 2e-5.
-    // The densities are nearly alike, so that all of it is a volume.
+    // The densities are nearly alike and there are no points beside it, so that all of it is a volume.
     const auto step = volumeOf(1, {0.9, 0.9, 0.9, 0.9, 1, 1, 1, 1});
-    auto scene = view(orthographic, "[{'density': 0.9, 'opacity': 0}, {'density': 1, 'opacity': 0.05}]");
+    auto scene = view(orthographic, "[{'density': 0.9, 'opacity': 0}, {'density': 1, 'opacity': 0.05}]",
+                      "[0, 0, 0]", "{'linked': false, 'curve': [{'density': 0, 'fraction': 0}]}");
     const auto transmittance = [&](double samples) {
         scene.background = glm::dvec3(1.0);
         const auto lit = render({scene, {step}}, {samples}).at(10, 5).x;
