@@ -38,7 +38,10 @@ class SmoothWalk {
         }
         const std::array<V, 3> columns = parabola(hn::LoadU(d, x.data() + lane));
         const std::array<V, 3> rows = parabola(hn::LoadU(d, y.data() + lane));
-        for (std::size_t k = 0; k < 9; ++k) weight_[k] = hn::Mul(columns[k % 3], rows[k / 3]);
+        for (std::uint32_t k = 0; k < 9; ++k) {
+            weight_[k] = hn::Mul(columns[k % 3], rows[k / 3]);
+            nodes_[k] = &lattice.at(0, around_.first + (k / 3 * TileLattice::across + k % 3) * around_.step);
+        }
     }
 
     HWY_INLINE Light run() const {
@@ -77,11 +80,10 @@ class SmoothWalk {
     /// What the fields give off and let through up to a border.
     HWY_INLINE Light fieldsTo(std::size_t row) const {
         const Floats d;
-        const TileLattice::Told* const first = &lattice_.at(row, around_.first);
         Light light;
         light.left = hn::Zero(d);
         for (std::size_t k = 0; k < 9; ++k) {
-            const TileLattice::Told& node = first[(k / 3 * TileLattice::across + k % 3) * around_.step];
+            const TileLattice::Told& node = nodes_[k][row];
             light.left = hn::MulAdd(weight_[k], hn::Set(d, node[0]), light.left);
             light.red = hn::MulAdd(weight_[k], hn::Set(d, node[1]), light.red);
             light.green = hn::MulAdd(weight_[k], hn::Set(d, node[2]), light.green);
@@ -205,7 +207,8 @@ class SmoothWalk {
     const TileLattice& lattice_;
     const std::size_t lane_;
     const TileLattice::Around around_;
-    std::array<V, 9> weight_;  // of the nodes around
+    std::array<V, 9> weight_;                        // of the nodes around
+    std::array<const TileLattice::Told*, 9> nodes_;  // of each the first of its rows
 };
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -2,6 +2,7 @@
 #include "server/render/cpu/composite/tile_lattice.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -19,6 +20,13 @@ constexpr float allowedOfTwice = 6.0F;
 // What of light may be lost in a slab with points, as a share of what comes to it and at all: were it lost
 // evenly by optical depth, an eighth of the share's square is wrong.
 constexpr float mostLost = 0.25F, leastLost = 1e-3F;
+
+/// What is told, as one vector of any processor.
+using Four = float __attribute__((vector_size(sizeof(TileLattice::Told))));
+
+Four four(const TileLattice::Told& told) {
+    return std::bit_cast<Four>(told);
+}
 
 constexpr std::uint32_t squareSteps = 4;  // from side to side of a square that is judged
 constexpr std::uint32_t squareNodes = (squareSteps + 1) * (squareSteps + 1);
@@ -156,27 +164,22 @@ TileLattice::Around TileLattice::around(std::uint32_t packet) const {
 /// are to be.
 bool TileLattice::agrees(std::uint32_t node, const Following& following) const {
     const Told& end = at(lastRow(), node);
-    Told allowed, slope{allowedOfTwice * leftError, 0.0F, 0.0F, 0.0F};
+    Told allowed;
     for (std::size_t i = 0; i < end.size(); ++i)
         allowed[i] = allowedOfTwice * (darkError + (i == 0 ? 0.0F : lightError * end[i]));
+    const Four mayBeOff = four(allowed), slope{allowedOfTwice * leftError, 0.0F, 0.0F, 0.0F};
+    std::array<const Told*, 9> others{};
+    for (std::size_t k = 0; k < following.count; ++k) others[k] = &at(0, following.nodes[k]);
+    const Told* const own = &at(0, node);
     for (std::size_t row = 0; row < borders_.size(); ++row) {
-        const Told& own = at(row, node);
-        const Told followed = valueOf(row, following);
-        float worst = 0.0F;
-        for (std::size_t i = 0; i < own.size(); ++i)
-            worst = std::max(worst, std::abs(own[i] - followed[i]) - (allowed[i] + slope[i] * own[i]));
-        if (!(worst <= 0.0F)) return false;
+        Four followed{};
+        for (std::size_t k = 0; k < following.count; ++k)
+            followed += following.weight[k] * four(others[k][row]);
+        const Four here = four(own[row]), off = here - followed, most = mayBeOff + slope * here;
+        const auto tooFar = (off > most) | (-off > most);
+        if ((tooFar[0] | tooFar[1] | tooFar[2] | tooFar[3]) != 0) return false;
     }
     return true;
-}
-
-TileLattice::Told TileLattice::valueOf(std::size_t row, const Following& following) const {
-    Told sum{};
-    for (std::size_t k = 0; k < following.count; ++k) {
-        const Told& one = at(row, following.nodes[k]);
-        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += following.weight[k] * one[i];
-    }
-    return sum;
 }
 
 /// By quarter of a square of 5 x 5 nodes, a bit each: whether all of its nodes follow from every second one

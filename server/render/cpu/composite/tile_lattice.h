@@ -37,9 +37,9 @@ class TileLattice {
     std::span<const std::uint32_t> wanted() const { return wanted_; }
     /// Where up to as many nodes as a packet has pixels are; the last is repeated.
     PacketPlaces places(std::span<const std::uint32_t> some) const;
-    /// `row`: of borders.
-    Told& at(std::size_t row, std::uint32_t node) { return told_[row * nodes + node]; }
-    const Told& at(std::size_t row, std::uint32_t node) const { return told_[row * nodes + node]; }
+    /// `row`: of borders. Those of a node lie one after another.
+    Told& at(std::size_t row, std::uint32_t node) { return told_[node * borders_.size() + row]; }
+    const Told& at(std::size_t row, std::uint32_t node) const { return told_[node * borders_.size() + row]; }
 
     /// To be called when all wanted nodes are told: others may be wanted then.
     void judge();
@@ -70,13 +70,12 @@ class TileLattice {
     void agree(const Square& part);
     std::uint32_t quadrantsAgreeing(std::uint32_t x, std::uint32_t y, std::uint32_t step) const;
     bool agrees(std::uint32_t node, const Following& following) const;
-    Told valueOf(std::size_t row, const Following& following) const;
 
     const Tile tile_;
     std::vector<std::uint32_t> borders_, wanted_;
     std::vector<std::uint32_t> rows_;          // by slab
     std::vector<std::uint32_t> occupiedRows_;  // of the slabs with points
-    std::unique_ptr<Told[]> told_;             // [row][node]
+    std::unique_ptr<Told[]> told_;             // [node][row]
     std::array<bool, nodes> known_{};          // or wanted
     // Of this round: nodes so far apart, in these squares of 5 x 5 of them.
     std::uint32_t step_;
