@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/plot_density.h"
 #include "protocol/scene/space/metres.h"
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/view_parts.h"
@@ -46,12 +48,15 @@ class PickRun final : public QueryRun {
     Status lookAt(std::size_t index, const Cancelled& cancelled) {
         const auto& layer = view_.layers[index];
         if (layer.particles() == nullptr || !(layer.opacity > 0.0)) return success();
-        const auto style = particlesStyleOf(*layer.particles());
+        const auto style = particlesStyleOf(*layer.particles(), view_.height);
         MOTE_ASSIGN_OR_RETURN(const auto run, context_.runs.run(layer.dataset));
         MOTE_ASSIGN_OR_RETURN(const auto numbers, run->step(layer.step));
         if (style.pointOpacity > 0.0) {
-            MOTE_RETURN_IF_ERROR(find(index, run, numbers, layer.select ? *layer.select : Selection(),
-                                      style.pointFraction, cancelled));
+            const auto drawn = [&](const storage::ParticleStep& points) {
+                return drawnFraction(style, run->manifest(), layer, points.pointCount());
+            };
+            MOTE_RETURN_IF_ERROR(
+                find(index, run, numbers, layer.select ? *layer.select : Selection(), drawn, cancelled));
         }
         if (layer.highlight && layer.highlight->opacity > 0.0) {
             Selection both = layer.highlight->selection;
@@ -59,20 +64,32 @@ class PickRun final : public QueryRun {
                 both = Selection();
                 both.all = {*layer.select, layer.highlight->selection};
             }
-            MOTE_RETURN_IF_ERROR(find(index, run, numbers, both, Curve::constant(1.0), cancelled));
+            const auto all = [](const storage::ParticleStep&) { return Curve::constant(1.0); };
+            MOTE_RETURN_IF_ERROR(find(index, run, numbers, both, all, cancelled));
         }
         return success();
     }
 
+    /// What of a leaf's points is drawn, of so many points of a layer: what the view says, or its plot.
+    static Curve drawnFraction(ParticlesStyle style, const proto::ParticlesManifest& manifest,
+                               const Layer& layer, std::uint64_t points) {
+        auto plot = PlotDensity::of(manifest, layer.step);
+        if (layer.select && !layer.select->everything()) plot.particles = points;
+        resolveByPlot(style, plot);
+        return std::move(style.pointFraction);
+    }
+
+    /// `drawn` gives of points what of a leaf's is drawn.
+    template <class Drawn>
     Status find(std::size_t index, const SelectionResults::Run& run, const storage::StepNumbers& numbers,
-                const Selection& selection, const Curve& fraction, const Cancelled& cancelled) {
+                const Selection& selection, const Drawn& drawn, const Cancelled& cancelled) {
         const auto& layer = view_.layers[index];
         MOTE_ASSIGN_OR_RETURN(const auto selected,
                               context_.selections.chosen(run, layer.step, selection, cancelled));
         const storage::ParticleStep& points = selected ? *selected : *numbers.points;
         auto found = best_;
         MOTE_ASSIGN_OR_RETURN(const auto place, placeOf(layer, run->manifest()));
-        if (!findNearest(points, fraction, view_, place, layer.clips(), place_, cancelled, found))
+        if (!findNearest(points, drawn(points), view_, place, layer.clips(), place_, cancelled, found))
             return Error{ErrorCode::cancelled, "", "cancelled"};
         if (!found.before(best_)) return success();
         if (selected) found.point = selected->sources()[found.point];

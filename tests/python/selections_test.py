@@ -84,6 +84,16 @@ class Selections(BeamCase):
             self.assertEqual(first is not None, found, select)
             self.assertEqual(again, first)
 
+    def test_a_pick_finds_what_a_plot_draws_by_itself(self):
+        # So few particles are all points, in the core too; nobody says so.
+        camera = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0]}
+        points = {"points": {"linked": False, "curve": [{"density": 0, "fraction": 1}]}}
+        for x, y in ((320, 240), (300, 250), (333, 231)):
+            by_plot, said = (self.ds.pick(mote.View(self.ds, step=1, size=(640, 480), camera=camera, **style), x, y, radius=20)
+                             for style in ({}, {"style": points}))
+            self.assertIsNotNone(said)
+            self.assertEqual(by_plot, said)
+
     def test_figures(self):
         # Only that they are drawn: of no particles, too.
         for select in (mote.ids([]), {}):
