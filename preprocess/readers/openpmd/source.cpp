@@ -59,7 +59,7 @@ class OpenpmdSource : public SeriesSource {
     std::vector<OpenpmdPlace> places_;
     bool found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
-    bool anyWithout_ = false;  ///< some iteration holds no such particles
+    bool anyWithout_ = false;            ///< some iteration holds no such particles
     std::vector<SourceRecord> records_;  ///< of all steps with particles
     double mass_ = 0.0, particleCharge_ = 0.0;
     std::string species_;
