@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "storage/beam/beam_piece.h"
@@ -27,6 +28,45 @@ constexpr System<BeamMoments::sizeA> systemA{BeamPiece::x,  BeamPiece::px,     B
 constexpr System<BeamMoments::sizeB> systemB{BeamPiece::x, BeamPiece::xp, BeamPiece::y, BeamPiece::yp,
                                              BeamPiece::p};
 
+using Half [[gnu::vector_size(sizeof(Lanes) / 2)]] = double;
+
+/// The lanes in a core's registers: in one vector, or in two halves. Where no vector is as long as the lanes,
+/// g++ 12 takes each such vector apart through memory.
+template <class Part>
+struct Held {
+    static constexpr std::size_t parts = sizeof(Lanes) / sizeof(Part);
+    std::array<Part, parts> part;
+
+    static Held from(const double* values) {
+        Held held;
+        std::memcpy(held.part.data(), values, sizeof held);
+        return held;
+    }
+    static Held from(const Lanes& values) { return from(values.data()); }
+    void putTo(double* values) const { std::memcpy(values, part.data(), sizeof part); }
+    void putTo(Lanes& values) const { putTo(values.data()); }
+
+    void operator+=(const Held& other) {
+        for (std::size_t i = 0; i < parts; ++i) part[i] += other.part[i];
+    }
+    Held operator*(const Held& other) const {
+        Held product;
+        for (std::size_t i = 0; i < parts; ++i) product.part[i] = part[i] * other.part[i];
+        return product;
+    }
+    Held operator-(double other) const {
+        Held rest;
+        for (std::size_t i = 0; i < parts; ++i) rest.part[i] = part[i] - other;
+        return rest;
+    }
+    void takeLess(const Held& other) {
+        for (std::size_t i = 0; i < parts; ++i) part[i] = other.part[i] < part[i] ? other.part[i] : part[i];
+    }
+    void takeGreater(const Held& other) {
+        for (std::size_t i = 0; i < parts; ++i) part[i] = other.part[i] > part[i] ? other.part[i] : part[i];
+    }
+};
+
 /// Sums over rows about `center`, by lane. They stay in a core's first cache with the piece that is added.
 struct Running {
     std::array<double, variables> center{};
@@ -34,113 +74,104 @@ struct Running {
     std::size_t count = 0;
     bool slopes = false;  ///< whether they are summed
     double greatestWeight = 0.0;
-    LaneVector weight{};
-    std::array<LaneVector, variables> first{}, least{}, greatest{};
-    std::array<std::array<LaneVector, variables>, variables> second{};  ///< of a and of b <= a
-    std::array<std::array<LaneVector, 9>, 3> planes{};
+    alignas(64) Lanes weight{};
+    std::array<Lanes, variables> first{}, least{}, greatest{};
+    std::array<std::array<Lanes, variables>, variables> second{};  ///< of a and of b <= a
+    std::array<std::array<Lanes, 9>, 3> planes{};
 };
 
 using Deviations = std::array<Values, variables>;
 
 /// The mean of a piece, whatever its weights.
+template <class Vector>
 void findCenter(const BeamPiece& piece, Running& sums) {
     for (std::size_t a = 0; a < variables; ++a) {
         const double from = piece.value[a][0];
-        LaneVector sum{};
-        for (std::size_t i = 0; i < piece.size; i += lanes) {
-            LaneVector value;
-            load(value, piece.value[a].data() + i);
-            sum += value - from;  // nothing beyond the end
-        }
+        Vector sum{};
+        for (std::size_t i = 0; i < piece.size; i += lanes)
+            sum += Vector::from(piece.value[a].data() + i) - from;  // nothing beyond the end
         const double mean = from + sumOf(std::bit_cast<Lanes>(sum)) / static_cast<double>(piece.count);
         sums.center[a] = std::isfinite(mean) ? mean : from;
     }
 }
 
 /// The values of some variables become deviations, 0 beyond the last row.
-template <std::size_t... a>
+template <class Vector, std::size_t... a>
 void deviate(BeamPiece& piece, Running& to) {
-    std::array<LaneVector, sizeof...(a)> least{to.least[a]...}, greatest{to.greatest[a]...};
+    std::array least{Vector::from(to.least[a])...}, greatest{Vector::from(to.greatest[a])...};
     const std::array center{to.center[a]...};
     for (std::size_t i = 0; i < piece.size; i += lanes) {
         std::size_t k = 0;
         const auto one = [&](double* at) {
-            LaneVector value;
-            load(value, at);
-            least[k] = value < least[k] ? value : least[k];
-            greatest[k] = value > greatest[k] ? value : greatest[k];
-            value -= center[k++];
-            std::memcpy(at, &value, sizeof value);
+            const auto value = Vector::from(at);
+            least[k].takeLess(value);
+            greatest[k].takeGreater(value);
+            (value - center[k++]).putTo(at);
         };
         (one(piece.value[a].data() + i), ...);
     }
     for (std::size_t i = piece.count; i < piece.size; ++i) ((piece.value[a][i] = 0.0), ...);
     std::size_t k = 0;
-    ((to.least[a] = least[k], to.greatest[a] = greatest[k], ++k), ...);
+    ((least[k].putTo(to.least[a]), greatest[k].putTo(to.greatest[a]), ++k), ...);
 }
 
+template <class Vector>
 void deviateAll(BeamPiece& piece, Running& to) {
     using P = BeamPiece;
     if (to.count == 0) {
         for (std::size_t a = 0; a < variables; ++a) {
-            load(to.least[a], piece.value[a].data());
+            std::copy_n(piece.value[a].begin(), lanes, to.least[a].begin());
             to.greatest[a] = to.least[a];
         }
     }
-    deviate<P::x, P::px, P::y, P::py>(piece, to);
-    deviate<P::z, P::pz, P::energy, P::p>(piece, to);
-    deviate<P::t, P::xp, P::yp>(piece, to);
+    deviate<Vector, P::x, P::px, P::y, P::py>(piece, to);
+    deviate<Vector, P::z, P::pz, P::energy, P::p>(piece, to);
+    deviate<Vector, P::t, P::xp, P::yp>(piece, to);
 }
 
 /// The deviations times the weights.
+template <class Vector>
 void weigh(const BeamPiece& piece, Running& to, Deviations& weighted) {
-    LaneVector greatest = to.greatestWeight - LaneVector{};
+    Vector greatest{}, sum = Vector::from(to.weight);
     for (std::size_t i = 0; i < piece.size; i += lanes) {
-        LaneVector weight;
-        load(weight, piece.weight.data() + i);
-        to.weight += weight;
-        greatest = weight > greatest ? weight : greatest;
-        for (std::size_t a = 0; a < variables; ++a) {
-            LaneVector value;
-            load(value, piece.value[a].data() + i);
-            value *= weight;
-            std::memcpy(weighted[a].data() + i, &value, sizeof value);
-        }
+        const auto weight = Vector::from(piece.weight.data() + i);
+        sum += weight;
+        greatest.takeGreater(weight);
+        for (std::size_t a = 0; a < variables; ++a)
+            (Vector::from(piece.value[a].data() + i) * weight).putTo(weighted[a].data() + i);
     }
-    to.greatestWeight = std::ranges::max(std::bit_cast<Lanes>(greatest));
+    sum.putTo(to.weight);
+    to.greatestWeight = std::max(to.greatestWeight, std::ranges::max(std::bit_cast<Lanes>(greatest)));
 }
 
 /// The sums of variable `a`, and of its products with some. In one pass: a sum that waits for nothing but
 /// itself leaves most of a core idle.
-template <std::size_t a, std::size_t... b>
+template <class Vector, std::size_t a, std::size_t... b>
 void addProducts(const BeamPiece& piece, const Deviations& weighted, Running& to) {
-    std::array<LaneVector, sizeof...(b)> sums{to.second[a][b]...};
-    LaneVector first = to.first[a];
+    std::array sums{Vector::from(to.second[a][b])...};
+    auto first = Vector::from(to.first[a]);
     for (std::size_t i = 0; i < piece.size; i += lanes) {
-        LaneVector mine, other;
-        load(mine, weighted[a].data() + i);
+        const auto mine = Vector::from(weighted[a].data() + i);
         first += mine;
         std::size_t k = 0;
-        ((load(other, piece.value[b].data() + i), sums[k++] += mine * other), ...);
+        ((sums[k++] += mine * Vector::from(piece.value[b].data() + i)), ...);
     }
     std::size_t k = 0;
-    ((to.second[a][b] = sums[k++]), ...);
-    to.first[a] = first;
+    (sums[k++].putTo(to.second[a][b]), ...);
+    first.putTo(to.first[a]);
 }
 
 /// The third and fourth products of a coordinate and its momentum.
+template <class Vector>
 void addPlane(const BeamPiece& piece, const Deviations& weighted, std::size_t plane, Running& to) {
     const std::size_t q = 2 * plane, p = q + 1;
-    auto sums = to.planes[plane];
+    std::array<Vector, 9> sums;
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = Vector::from(to.planes[plane][i]);
     for (std::size_t i = 0; i < piece.size; i += lanes) {
-        LaneVector qi, pi, wqq, wpp;
-        load(qi, piece.value[q].data() + i);
-        load(pi, piece.value[p].data() + i);
-        load(wqq, weighted[q].data() + i);
-        load(wpp, weighted[p].data() + i);
-        wqq *= qi;
-        wpp *= pi;
-        const LaneVector qq = qi * qi, pp = pi * pi, qp = qi * pi;
+        const auto qi = Vector::from(piece.value[q].data() + i), pi = Vector::from(piece.value[p].data() + i);
+        const auto wqq = Vector::from(weighted[q].data() + i) * qi,
+                   wpp = Vector::from(weighted[p].data() + i) * pi;
+        const auto qq = qi * qi, pp = pi * pi, qp = qi * pi;
         sums[0] += wqq * qi;
         sums[1] += wqq * pi;
         sums[2] += wpp * qi;
@@ -151,40 +182,55 @@ void addPlane(const BeamPiece& piece, const Deviations& weighted, std::size_t pl
         sums[7] += wpp * qp;
         sums[8] += wpp * pp;
     }
-    to.planes[plane] = sums;
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i].putTo(to.planes[plane][i]);
 }
 
+template <class Vector>
 void addAllProducts(const BeamPiece& of, bool timed, const Deviations& weighted, Running& to) {
     using P = BeamPiece;
-    addProducts<P::x, P::x>(of, weighted, to);
-    addProducts<P::px, P::x, P::px>(of, weighted, to);
-    addProducts<P::y, P::x, P::px, P::y>(of, weighted, to);
-    addProducts<P::py, P::x, P::px, P::y, P::py>(of, weighted, to);
-    addProducts<P::z, P::x, P::px, P::y, P::py, P::z>(of, weighted, to);
-    addProducts<P::pz, P::x, P::px, P::y, P::py, P::z, P::pz>(of, weighted, to);
-    addProducts<P::energy, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy>(of, weighted, to);
-    addProducts<P::p, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy, P::p>(of, weighted, to);
+    addProducts<Vector, P::x, P::x>(of, weighted, to);
+    addProducts<Vector, P::px, P::x, P::px>(of, weighted, to);
+    addProducts<Vector, P::y, P::x, P::px, P::y>(of, weighted, to);
+    addProducts<Vector, P::py, P::x, P::px, P::y, P::py>(of, weighted, to);
+    addProducts<Vector, P::z, P::x, P::px, P::y, P::py, P::z>(of, weighted, to);
+    addProducts<Vector, P::pz, P::x, P::px, P::y, P::py, P::z, P::pz>(of, weighted, to);
+    addProducts<Vector, P::energy, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy>(of, weighted, to);
+    addProducts<Vector, P::p, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy, P::p>(of, weighted, to);
     if (timed)
-        addProducts<P::t, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy, P::p, P::t>(of, weighted, to);
+        addProducts<Vector, P::t, P::x, P::px, P::y, P::py, P::z, P::pz, P::energy, P::p, P::t>(of, weighted,
+                                                                                                to);
     if (!to.slopes) return;
-    addProducts<P::xp, P::x, P::y, P::p, P::xp>(of, weighted, to);
-    addProducts<P::yp, P::x, P::y, P::p, P::xp, P::yp>(of, weighted, to);
+    addProducts<Vector, P::xp, P::x, P::y, P::p, P::xp>(of, weighted, to);
+    addProducts<Vector, P::yp, P::x, P::y, P::p, P::xp, P::yp>(of, weighted, to);
 }
 
 /// `weighted` has room for deviations times weights; null: all weights are the same, and are counted later.
-MOTE_ANY_VECTORS void addPiece(BeamPiece& piece, bool timed, Deviations* weighted, Running& to) {
-    if (!to.centered) findCenter(piece, to);
+template <class Vector>
+void addHeld(BeamPiece& piece, bool timed, Deviations* weighted, Running& to) {
+    if (!to.centered) findCenter<Vector>(piece, to);
     to.centered = true;
-    deviateAll(piece, to);
-    if (weighted != nullptr) weigh(piece, to, *weighted);
+    deviateAll<Vector>(piece, to);
+    if (weighted != nullptr) weigh<Vector>(piece, to, *weighted);
     const auto& times = weighted != nullptr ? *weighted : piece.value;
-    addAllProducts(piece, timed, times, to);
-    for (std::size_t plane = 0; plane < to.planes.size(); ++plane) addPlane(piece, times, plane, to);
+    addAllProducts<Vector>(piece, timed, times, to);
+    for (std::size_t plane = 0; plane < to.planes.size(); ++plane) addPlane<Vector>(piece, times, plane, to);
     to.count += piece.count;
 }
 
-double sumOf(const LaneVector& of) {
-    return storage::sumOf(std::bit_cast<Lanes>(of));
+#ifdef MOTE_WIDEST_VECTORS
+MOTE_WIDEST_VECTORS void addWhole(BeamPiece& piece, bool timed, Deviations* weighted, Running& to) {
+    addHeld<Held<LaneVector>>(piece, timed, weighted, to);
+}
+#endif
+MOTE_ANY_VECTORS void addHalves(BeamPiece& piece, bool timed, Deviations* weighted, Running& to) {
+    addHeld<Held<Half>>(piece, timed, weighted, to);
+}
+
+void addPiece(BeamPiece& piece, bool timed, Deviations* weighted, Running& to) {
+#ifdef MOTE_WIDEST_VECTORS
+    if (hasWidestVectors()) return addWhole(piece, timed, weighted, to);
+#endif
+    addHalves(piece, timed, weighted, to);
 }
 
 double productOf(const Running& sums, std::size_t a, std::size_t b) {
