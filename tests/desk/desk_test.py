@@ -397,17 +397,7 @@ class Desk(DeskCase):
 
     def test_38_at_rest_nothing_is_drawn(self):
         viewer = self.beam()
-
-        def ticks():
-            fields = pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
-            return int(fields[11]) + int(fields[12])
-
-        def rests():
-            before = ticks()
-            time.sleep(2.0)
-            return ticks() - before <= 2  # hundredths of a second of a processor: the line's own pulse
-
-        viewer.until(rests, "rest")
+        viewer.rests(0.02)  # the line's own pulse
         viewer.key("Right")  # and it wakes
         viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
 

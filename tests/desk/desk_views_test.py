@@ -183,17 +183,7 @@ class Views(DeskCase):
 
     def test_78_at_rest_four_views_take_nothing(self):
         viewer = self.views(4)
-
-        def ticks():
-            fields = pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
-            return int(fields[11]) + int(fields[12])
-
-        def rests():
-            before = ticks()
-            time.sleep(2.0)
-            return ticks() - before <= 4  # hundredths of a second of a processor: the pulses of four lines
-
-        viewer.until(rests, "rest")
+        viewer.rests(0.04)  # the pulses of four lines
         viewer.key("Right")
         self.panes_show(viewer, lambda panes: panes[3]["layers"][0].get("step") == 1)
 

@@ -197,6 +197,19 @@ class Viewer:
         if self.own:
             self.display.close()
 
+    def processor(self):
+        """Seconds that it has taken of a core."""
+        fields = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def rests(self, most):
+        """Waits until it takes no more than so many seconds of a core in two."""
+        def check():
+            before = self.processor()
+            time.sleep(2.0)
+            return self.processor() - before <= most + 1e-9
+        self.until(check, "rest")
+
     def said(self):
         self.log.seek(0)
         return self.log.read()

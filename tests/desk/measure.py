@@ -55,17 +55,11 @@ def frames():
     return [float(line) for path in HUD.iterdir() for line in path.read_text(encoding="ascii").split()]
 
 
-def processor(viewer):
-    """Seconds that it has taken of a core."""
-    fields = pathlib.Path(f"/proc/{viewer.process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def stir(viewer, say, seconds=4.0, hold=False):
     """Moves the mouse over the window, faster than frames come, and says how long these took."""
     width, height = viewer.size
     time.sleep(0.5)
-    before, spent = len(frames()), processor(viewer)
+    before, spent = len(frames()), viewer.processor()
     viewer.move(width // 3, height // 2)
     if hold:
         viewer.display.button(1, True)
@@ -78,7 +72,7 @@ def stir(viewer, say, seconds=4.0, hold=False):
         time.sleep(0.001)
     if hold:
         viewer.display.button(1, False)
-    spent = processor(viewer) - spent
+    spent = viewer.processor() - spent
     taken = sorted(frames()[before:])
     print(f"{say}: {len(taken)} frames, median {statistics.median(taken):.1f} ms, 95% within "
           f"{taken[int(0.95 * len(taken))]:.1f} ms, longest {taken[-1]:.1f} ms; {1000 * spent / len(taken):.1f} ms of a core each", flush=True)
@@ -207,9 +201,9 @@ def part_many(folder):
 
 def rest(viewer, say):
     time.sleep(5)
-    before, drawn = processor(viewer), len(frames())
+    before, drawn = viewer.processor(), len(frames())
     time.sleep(20)
-    print(f"{say} at rest: {100 * (processor(viewer) - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
+    print(f"{say} at rest: {100 * (viewer.processor() - before) / 20:.2f}% of a core, {len(frames()) - drawn} frames in 20 s")
 
 
 def part_rest(folder):
