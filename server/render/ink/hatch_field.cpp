@@ -152,9 +152,10 @@ class FieldMaker {
         });
     }
 
-    /// The pixel of a cell that sees something and is nearest to its middle; false if there is none.
-    bool middleOf(std::uint32_t column, std::uint32_t row, glm::uvec2& middle) const {
+    /// The pixel of a cell that sees something and is nearest to its middle.
+    std::optional<glm::uvec2> middleOf(std::uint32_t column, std::uint32_t row) const {
         const std::uint32_t side = options_.pixels, left = column * side, top = row * side;
+        std::optional<glm::uvec2> middle;
         int least = INT_MAX;
         for (std::uint32_t y = top; y < std::min(top + side, modalities_.depth.height); ++y) {
             for (std::uint32_t x = left; x < std::min(left + side, modalities_.depth.width); ++x) {
@@ -166,24 +167,24 @@ class FieldMaker {
                 middle = {x, y};
             }
         }
-        return least < INT_MAX;
+        return middle;
     }
     /// What is seen in each cell: of what goes on around its middle, the mean.
     void look(std::uint32_t row) {
         const std::uint32_t side = options_.pixels, step = side >= 4 ? 2 : 1;
         for (std::uint32_t column = 0; column < columns_; ++column) {
-            glm::uvec2 middle(0);
-            if (!middleOf(column, row, middle)) continue;
-            Place place = sight_.placeOf(middle.x, middle.y);
+            const auto middle = middleOf(column, row);
+            if (!middle) continue;
+            Place place = sight_.placeOf(middle->x, middle->y);
             if (!place.isSeen()) continue;
-            const auto own = modalities_.depth.index(middle.x, middle.y);
+            const auto own = modalities_.depth.index(middle->x, middle->y);
             glm::dvec3 at = place.at, normal = place.normal;
             double count = 1.0;
             for (std::uint32_t y = row * side; y < std::min((row + 1) * side, modalities_.depth.height);
                  y += step) {
                 for (std::uint32_t x = column * side;
                      x < std::min((column + 1) * side, modalities_.depth.width); x += step) {
-                    if (x == middle.x && y == middle.y) continue;
+                    if (x == middle->x && y == middle->y) continue;
                     const auto other = sight_.placeOf(x, y);
                     if (!other.isSeen() ||
                         !(sight_.alike(own, modalities_.depth.index(x, y)) || sight_.goesOn(place, other)))
@@ -313,9 +314,9 @@ class FieldMaker {
         const auto directions = meanDirections(modalities_, regions_);
         eachRow([&](std::uint32_t row) {
             for (std::uint32_t column = 0; column < columns_; ++column) {
-                glm::uvec2 middle;
-                if (!places_.at(column, row).isSeen() || !middleOf(column, row, middle)) continue;
-                const auto label = regions_.label.at(middle.x, middle.y);
+                const auto middle = places_.at(column, row).isSeen() ? middleOf(column, row) : std::nullopt;
+                if (!middle) continue;
+                const auto label = regions_.label.at(middle->x, middle->y);
                 if (label >= regions_.count) continue;
                 const auto said =
                     label < regions_.directions.size() ? regions_.directions[label] : std::nullopt;
