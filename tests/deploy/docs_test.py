@@ -30,7 +30,7 @@ from loopback_ssh import LoopbackSsh, missing
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PIECE = re.compile(r"^<!-- (?P<key>not run|file|before): (?P<text>.*?) -->$|^```(?P<kind>\w*)\n(?P<body>.*?)^```$",
                    re.M | re.S)
-SERVER = re.compile(r"^mote-server (?!.*--(?:check-config|version|help))")
+SERVER = re.compile(r"^mote-(?:server|web) (?!.*--(?:check-config|version|help))")
 TIME = 110  # seconds
 
 # Functions of the shell that the commands run in.
@@ -77,13 +77,14 @@ def script_of(document):
             python.clear()
 
     for piece in PIECE.finditer(document):
+        if piece["key"] == "before":
+            finish()
+            script.append(piece["text"])
+            continue
         if piece["key"]:
             noted[piece["key"]] = piece["text"]
             continue
         kind, body = piece["kind"], piece["body"]
-        if "before" in noted:
-            finish()
-            script.append(noted["before"])
         if "file" in noted:
             finish()
             script.append(f"cat >{shlex.quote(noted['file'])} <<'END_OF_FILE'\n{body}END_OF_FILE")
