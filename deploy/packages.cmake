@@ -19,7 +19,7 @@ set(CPACK_DEBIAN_DEBUGINFO_PACKAGE OFF)
 set(CPACK_COMPONENT_CLIENT_DESCRIPTION
   "Mote's clients\n The viewer mote-view, mote-frames for scripts and films, mote-stats for numbers; mote connects to other machines.")
 set(CPACK_COMPONENT_SERVER_DESCRIPTION
-  "Mote's server\n Renders particle datasets where they lie and shows them to clients; runs jobs that make datasets.")
+  "Mote's server\n Renders datasets where they lie and streams the pictures to clients. runs jobs that make datasets.")
 set(CPACK_COMPONENT_PREP_DESCRIPTION
   "Makes datasets for Mote\n Turns runs of particles, volumes, meshes and images into datasets; alone or on several nodes.")
 # The server's jobs run mote-prep, its films mote-frames.

@@ -121,13 +121,13 @@ int runAuto(const CommandLine& line, const AutoArguments& options) {
 }  // namespace
 
 void addAutoCommand(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("auto", "Choose what a file is prepared as and how, and say why");
+    const auto command = program.subcommand("auto", "Choose how a file is prepared and drawn, and say why");
     const auto options = std::make_shared<AutoArguments>();
     command.option("INPUT", options->input, "A file, a folder, or a name with %T").required();
     command.option("--out", options->output, "The dataset to make, which must not exist")
         .required()
         .valueName("DIR/NAME.mote");
-    command.option("--title", options->title, "What viewers call it").valueName("TEXT");
+    command.option("--title", options->title, "Name shown by viewers").valueName("TEXT");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(autoExamples);

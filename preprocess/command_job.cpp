@@ -40,7 +40,7 @@ int runJob(const CommandLine& line, const JobArguments& options) {
 }  // namespace
 
 void addJobCommand(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("job", "Do what a job request says");
+    const auto command = program.subcommand("job", "Run a job request");
     const auto options = std::make_shared<JobArguments>();
     command.option("REQUEST", options->request, "The request, a JSON file").required();
     command.option("--root", options->roots, "A folder that names may begin with; may be repeated")

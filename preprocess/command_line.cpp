@@ -192,13 +192,13 @@ cli::Option fieldOption(const cli::Command& command, pb::Message& message, const
 }
 
 void addResourceOptions(const cli::Command& command, JobResources& resources) {
-    command.option("--threads", resources.threads, "Threads; as many as there are cores unless given")
+    command.option("--threads", resources.threads, "Threads; default: as many as there are cores")
         .range(1, 1024)
         .valueName("N");
     command
         .option("--memory", resources.memory,
-                "Memory that each process of the job may take, as 8G; three quarters of the machine's "
-                "unless given. Beyond it, particles lie in a temporary file beside the output")
+                "Memory that each process of the job may use, such as 8G; default: three quarters of the "
+                "machine's. Beyond it, particles go to a temporary file beside the output")
         .size(std::uint64_t{1} << 20, std::uint64_t{1} << 50)
         .valueName("BYTES");
 }
@@ -207,18 +207,18 @@ void addOutputOptions(const cli::Command& command, AskedJob& job) {
     fieldOption(command, job.request, "output", "The dataset to make, which must not exist", "--out")
         .required()
         .valueName("DIR/NAME.mote");
-    fieldOption(command, job.request, "title", "What viewers call it").valueName("TEXT");
+    fieldOption(command, job.request, "title", "Name shown by viewers").valueName("TEXT");
 }
 
 void addOutlookOptions(const cli::Command& command, proto::JobRequest& request) {
-    const char* const front = "Where its front is, which looks at us; with --up";
+    const char* const front = "Which way its front faces, towards the viewer; with --up";
     fieldOption(command, request, "up",
-                "Where its upper side is: x, -x, y, -y, z or -z; y unless its file says")
+                "Which way is up: x, -x, y, -y, z or -z; default: as the file says, else y")
         .valueName("AXIS");
     fieldOption(command, request, "front", front).valueName("AXIS");
     std::vector<std::string> units;
     for (const auto& unit : ownLengthUnits) units.emplace_back(unit.name);
-    fieldOption(command, request, "unit", "Of a length in its world, where its file does not say")
+    fieldOption(command, request, "unit", "Unit of lengths, if the file does not say")
         .oneOf(std::move(units))
         .valueName("UNIT");
 }
@@ -293,14 +293,14 @@ void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& s
     const auto field = [&](const char* name, const char* help) {
         return fieldOption(command, source, name, help);
     };
-    field("format", "A volume's format; told by its content unless given").valueName("NAME");
+    field("format", "The volume's format; default: told by its content").valueName("NAME");
     field("dimensions", "Raw: voxels along x, y, z").values(3).valueName("NX NY NZ");
     field("type", "Raw: u8 (the default), i8, u16, i16, u32, i32, f16, f32 or f64").valueName("TYPE");
     field("big_endian", "Raw: the most significant byte comes first");
     field("header_bytes", "Raw: before the first value").valueName("N");
     field("spacing", "Of voxels, instead of what the file says").values(3).valueName("SX SY SZ");
     field("origin", "World position of the first voxel's centre").values(3).valueName("X Y Z");
-    field("field", "VTI array, OpenVDB grid, NumPy array, channel, or number of one of several volumes")
+    field("field", "VTI array, OpenVDB grid, NumPy array, channel, or the number of one of several volumes")
         .valueName("NAME");
     field("series", "DICOM: the number or UID of one of several series").valueName("NAME");
     field("space", "Where patients lie: ras (the default), lps, or file: as the file has it")

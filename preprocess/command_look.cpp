@@ -92,10 +92,10 @@ int look(const CommandLine& line, const LookArguments& options) {
 }  // namespace
 
 void addLookCommand(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("look", "Say what foreign files hold, and prepare nothing");
+    const auto command = program.subcommand("look", "Say what files hold, and prepare nothing");
     const auto options = std::make_shared<LookArguments>();
     command.option("INPUT", options->inputs, "Files, folders, or names with %T").required();
-    command.flag("--all", options->all, "Ranges of all steps, not of the first alone");
+    command.flag("--all", options->all, "Ranges over all steps, not only the first");
     const auto takeFormat = [found = options.get()](const std::string& name) {
         if (name == "auto") return;
         found->particles.set_format(name);
@@ -103,12 +103,12 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
     };
     command
         .takes<std::string>("--format", takeFormat,
-                            "As of particles and volume; told by its content unless given")
+                            "As for particles and volume; default: told by its content")
         .valueName("NAME");
     auto& run = options->particles;
     auto& volume = options->volume;
     fieldOption(command, run, "species", "This openPMD species alone").valueName("NAME");
-    fieldOption(command, run, "map", "What a table's columns are, as of particles").valueName("TEXT");
+    fieldOption(command, run, "map", "What a table's columns are, as for particles").valueName("TEXT");
     fieldOption(command, volume, "field", "This field or volume alone").valueName("NAME");
     fieldOption(command, volume, "series", "This series of DICOM files alone").valueName("NAME");
     fieldOption(command, run, "impact.mass", "Rest mass, eV/c^2, where the file does not say it")
@@ -118,7 +118,7 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
         .valueName("EV");
     command
         .option("--memory", options->memory,
-                "Memory that reading may take, as 8G; three quarters of the machine's unless given")
+                "Memory that reading may use, such as 8G; default: three quarters of the machine's")
         .size(std::uint64_t{1} << 20, std::uint64_t{1} << 50)
         .valueName("BYTES");
     addOutputFlags(command, line);

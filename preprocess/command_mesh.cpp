@@ -25,7 +25,7 @@ void addMesh(const cli::Command& program, CommandLine& line) {
     fieldOption(command, mesh, "input", "The mesh or volume, a file or a folder (DICOM, pictures)", "INPUT")
         .required();
     fieldOption(command, mesh, "isovalue", "The surface on which a volume has this value").valueName("V");
-    fieldOption(command, mesh, "clip", "Keep of that surface what lies in a box, world units")
+    fieldOption(command, mesh, "clip", "Keep only what lies in a box, in world units")
         .values(6)
         .valueName("X0 Y0 Z0 X1 Y1 Z1");
     addVolumeOptions(command, *mesh.mutable_source());

@@ -67,25 +67,24 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
         return fieldOption(command, *options.request.mutable_particles(), path, help, name);
     };
     field("inputs", "The files of one run, a folder of them, or a dataset with columns", "INPUT").required();
-    field("format", "How the files are read; their content tells unless given")
+    field("format", "How the files are read; default: told by their content")
         .oneOf(particleFormats())
         .valueName("NAME");
-    field("species",
-          "openPMD species, needed where there are several; with commas between, they become one plot")
+    field("species", "openPMD species, needed if there are several; several with commas become one plot")
         .valueName("NAME[,NAME...]");
     field("map",
           "What the columns of a table are: a quantity (x y z t px py pz weight id lost xp yp p delta "
           "gamma p0c mass ...), '=', a column by name or number, its unit in brackets")
         .valueName("\"x=X [mm],px=PX [MeV/c]\"");
     field("steps", "Step indices, the last included").valueName("FIRST:LAST:STRIDE");
-    field(
-        "follow",
-        "The run is still written: each further step becomes one of the dataset at once, until Ctrl-C or the "
-        "LAST of --steps");
+    field("follow",
+          "The run is still being written: each new step is added at once, until Ctrl-C or the LAST of "
+          "--steps");
     command.option(
         "--columns", options.columns,
-        "Columns kept beside the points, with commas between; none: none. Default: those of the source");
-    field("lost", "Particles that the source marks as lost: without (the default), with or only these")
+        "Columns kept beside the points, separated by commas, or none; default: those of the source");
+    field("lost",
+          "Particles that the source marks as lost: without them (the default), with them, or only them")
         .oneOf({"without", "with", "only"})
         .valueName("WHICH");
     field("impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");
@@ -104,8 +103,7 @@ void addPlotOptions(const cli::Command& command, ParticlesArguments& options) {
         .repeatable()
         .valueName("AXIS=MIN:MAX");
     field("bounds_of",
-          "Whose values the bounds are without --bounds: all steps' together (run, the default), or each "
-          "step's own (step)")
+          "What sets the bounds without --bounds: all steps together (run, the default), or each step (step)")
         .oneOf({"run", "step"})
         .valueName("WHAT");
     field("volume_level", fmt::format("The volume has 2^LEVEL cells a side; default {}", defaultVolumeLevel))

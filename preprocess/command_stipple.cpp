@@ -15,7 +15,7 @@ constexpr const char* stippleExamples = R"(Examples:
   mote-prep stipple teapot.obj --points 52000 --seed 1 --out teapot.mote)";
 
 void addStipple(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("stipple", "Make a hierarchy of evenly spread dots");
+    const auto command = program.subcommand("stipple", "Make a hierarchy of evenly spaced dots");
     const auto job = std::make_shared<AskedJob>();
     auto& stipple = *job->request.mutable_stipple();
     stipple.set_seed(1);

@@ -21,7 +21,7 @@ constexpr const char* examples = R"(Examples:
   mote-prep particles run.h5 --axes x,px,y --out beam.mote
   mote-prep info beam.mote
 
-Exit status: 0 on success, 2 for wrong usage, 75 where the disk is full or the like and it may go well later,
+Exit status: 0 on success, 2 for wrong usage, 75 if the disk is full or the like and a later try may succeed,
 128 + N after signal N, else 1.)";
 
 int runCommand(const prep::CommandLine& line) {

@@ -18,7 +18,7 @@ namespace mote::client {
 namespace {
 
 constexpr const char* footer =
-    R"(Pictures are DIR/frame-000000.EXT and so on, each complete when it appears; so is a video.
+    R"(Pictures are DIR/frame-000000.EXT and so on. Each is complete when it appears, as is a video.
 
 Examples:
   mote-frames views.json --connect ~/.mote/connection.json --out pictures
@@ -64,40 +64,41 @@ void declareServers(const cli::Command& app, RawOptions& raw) {
         .repeatable();
     server.requireOneOption();
     app.option("--device", raw.device, "Device of the private servers: auto, egl or cpu");
-    app.option("--threads", raw.threads, "Of all private servers together; default all").range(0, 4096);
+    app.option("--threads", raw.threads, "Threads of all private servers together; default: all cores")
+        .range(0, 4096);
     app.option("--jobs", raw.jobs, "Private servers that share the frames").range(1, 64).showDefault();
     app.option("--patience", raw.patience,
-               "Seconds without a byte of a picture after which a server is given up; 0: never")
+               "Seconds without a byte of a picture before a server is given up; 0: never")
         .range(0, 1'000'000)
         .showDefault();
 }
 
 void declareSheet(const cli::Command& app, RawOptions& raw) {
     const auto sheet = app.group("sheet", "Of svg, eps and pdf");
-    sheet.option("--page", raw.page, "Size in mm; 96 pixels an inch unless given").valueName("WIDTHxHEIGHT");
+    sheet.option("--page", raw.page, "Size in mm; default: 96 pixels an inch").valueName("WIDTHxHEIGHT");
     sheet.option("--margin", raw.margin, "On each side, mm").valueName("MM");
-    sheet.option("--dot", raw.dot, "Diameter of the largest dots, mm; as in the picture unless given")
+    sheet.option("--dot", raw.dot, "Diameter of the largest dots, mm; default: as in the picture")
         .valueName("MM");
-    sheet.flag("--plotter", raw.plotter, "Each dot a tiny stroke, in the order of a short tour");
+    sheet.flag("--plotter", raw.plotter, "Draws each dot as a tiny stroke, in the order of a short tour");
 }
 
 void declareFilm(const cli::Command& app, RawOptions& raw) {
     const auto film = app.group("film", "Of films");
-    film.option("--video", raw.video, "Also one video of all frames: FILE.mp4, .webm or .gif");
-    film.option("--crf", raw.crf, "Quality of the video, less is better; mp4 0 to 51, webm 0 to 63")
+    film.option("--video", raw.video, "Also writes all frames as one video: FILE.mp4, .webm or .gif");
+    film.option("--crf", raw.crf, "Quality of the video, lower is better; mp4 0 to 51, webm 0 to 63")
         .range(0, 63);
     film.option("--chroma", raw.chroma,
                 "Of mp4 and webm: full keeps the colours of single points; halved plays everywhere")
         .oneOf({"full", "halved"})
         .showDefault();
-    film.option("--fps", raw.fps, "Frames a second, in place of the script's");
-    film.flag("--keep-frames", raw.options.keepFrames, "The pictures beside the video, in --out");
-    film.flag("--force", raw.options.force, "Replace a video that is there");
-    film.option("--samples", raw.samples, "Of each pixel: 1, 4, 9 or 16").showDefault();
+    film.option("--fps", raw.fps, "Frames per second, instead of the script's");
+    film.flag("--keep-frames", raw.options.keepFrames, "Keeps the pictures beside the video, in --out");
+    film.flag("--force", raw.options.force, "Replaces an existing video");
+    film.option("--samples", raw.samples, "Samples per pixel: 1, 4, 9 or 16").showDefault();
     film.option("--shutter", raw.options.exposure.shutterDegrees,
-                "Motion blur: how long a frame is exposed, 360 is until the next; of keyframes and moves")
+                "Motion blur: how long a frame is exposed, 360 being until the next; for keyframes and moves")
         .valueName("DEGREES");
-    film.option("--subframes", raw.subframes, "Pictures of an exposure that are averaged").showDefault();
+    film.option("--subframes", raw.subframes, "Pictures averaged for one exposure").showDefault();
     film.option("--job", raw.job, "Be a film's job").hidden();
     film.option("--progress-fd", raw.options.progressDescriptor, "Progress as JSON lines").hidden();
 }
@@ -107,42 +108,41 @@ void declareJobs(const cli::Command& app, RawOptions& raw) {
     const auto jobs = app.group("jobs", "Of jobs of a running server");
     auto& id = raw.options.jobId;
     jobs.flag("--detach", raw.detach,
-              "Leave the film with the server as a job and print its id; --video says of what kind");
+              "Hands the film to the server as a job and prints its id; --video says which kind");
     jobs.flag("--again", raw.options.again,
-              "With --detach: make it although the server makes, or has, the very same film");
+              "With --detach: makes it even if the server has, or is making, the same film");
     jobs.option("--job-time", raw.options.jobTime,
-                "With --detach: end it then; never later than the server would")
+                "With --detach: ends it after so long; never later than the server would")
         .range(1, mostJobTime)
         .valueName("SECONDS");
-    jobs.option("--fetch", id, "What the film's job of this id made").valueName("ID");
-    jobs.flag("--list-jobs", raw.listJobs, "A line a job, the latest first");
-    jobs.option("--follow", id, "Wait for the end of this job; success is its own").valueName("ID");
-    jobs.option("--cancel", id, "End this job; of a film that is done, throw it away").valueName("ID");
-    jobs.option("--retry", id, "Make what failed or was cancelled a new job and print its id")
-        .valueName("ID");
+    jobs.option("--fetch", id, "Fetches what the film job with this id made").valueName("ID");
+    jobs.flag("--list-jobs", raw.listJobs, "Prints a line for each job, the latest first");
+    jobs.option("--follow", id, "Waits for this job to end, and succeeds if it does").valueName("ID");
+    jobs.option("--cancel", id, "Ends this job; a finished film is thrown away").valueName("ID");
+    jobs.option("--retry", id, "Starts a failed or cancelled job anew and prints the new id").valueName("ID");
 }
 
 void declare(const cli::Command& app, RawOptions& raw) {
     app.footer(footer);
     app.option("SCRIPT", raw.script, "Script of views, keyframes or moves (JSON), or a saved view");
     declareServers(app, raw);
-    app.option("--out", raw.out, "Folder of the pictures; made if it is not there");
+    app.option("--out", raw.out, "Folder for the pictures; created if absent");
     app.option(
            "--format", raw.format,
            "png (8 bits, sRGB), png16, exr (half floats, linear), jpg (quality 95), or dots and strokes as "
            "shapes: svg, eps or pdf")
         .showDefault();
     app.option("--size", raw.size,
-               "Of every picture, in pixels, with the same look; as the views say unless given")
+               "Size of every picture in pixels, with the same look; default: as the views say")
         .valueName("WIDTHxHEIGHT");
     app.flag("--annotate", raw.options.annotate,
-             "Axes, labels, colour and scale bars in views that say nothing of annotations");
+             "Adds axes, labels, colour and scale bars to views that have no annotations");
     declareSheet(app, raw);
     declareFilm(app, raw);
     declareJobs(app, raw);
-    app.flag("--resume", raw.options.resume, "Keep frames that are whole and show the same");
+    app.flag("--resume", raw.options.resume, "Keeps frames that are complete and show the same");
     app.flag("--json", raw.options.json,
-             "One line of JSON on stdout: a frame, a listed job, a change of a followed one");
+             "Prints a line of JSON for each frame, listed job, or change of a followed job");
     app.flag("--quiet", raw.options.quiet, "No progress on stderr");
 }
 

@@ -59,37 +59,35 @@ void declare(const cli::Command& app, RawOptions& raw) {
     server.option("--spawn", raw.options.roots, "Start a private server with this root, NAME=DIR; repeatable")
         .repeatable();
     server.requireOneOption();
-    app.option("--steps", raw.options.steps, "Steps by their index, the last included; all unless given")
+    app.option("--steps", raw.options.steps, "Steps by index, the last included; default: all")
         .valueName("FIRST:LAST:STRIDE");
-    app.option("--select", raw.select, "These particles alone: a file with a selection")
+    app.option("--select", raw.select, "Only these particles: a file with a selection")
         .valueName("SELECTION.json");
-    app.option("--columns", raw.columns, "Statistics of these columns alone; of --export: these columns")
+    app.option("--columns", raw.columns, "Only statistics of these columns; for --export: these columns")
         .valueName("x,px,...");
     app.option("--slices", raw.slices,
-               "Statistics of slices along a column, and of how many: of even length, or of the same charge")
+               "Statistics of slices along a column, and how many: of equal length, or of equal charge")
         .valueName("z:50[:even|charge]");
     const auto histogram = app.group("histogram", "A histogram instead of statistics");
-    histogram.option("--histogram", raw.histogram, "Of one column or two, or of what is derived from them")
+    histogram.option("--histogram", raw.histogram, "Of one or two columns or derived quantities")
         .valueName("x[,px]");
     histogram
-        .option(
-            "--bins", raw.bins,
-            "How many, for all columns or for each, 1 to 4096; 100 unless given, in tables as many as can be "
-            "seen")
+        .option("--bins", raw.bins,
+                "How many, for all columns or for each, 1 to 4096; default: 100, in tables as many as fit")
         .valueName("N[,N]");
     histogram
         .option("--range", raw.ranges,
-                "Where the bins of a column begin and end; those of all steps unless given; repeatable")
+                "Where the bins of a column begin and end; default: the range over all steps; repeatable")
         .valueName("x=A:B");
     histogram
         .option("--bounds-of", raw.boundsOf,
-                "Over what bins reach without --range: the values of all steps (run), of the step, or of the "
+                "What the bins cover without --range: the values of all steps (run), of the step, or of the "
                 "step's selection")
         .oneOf({"run", "step", "selection"})
         .valueName("WHAT");
-    histogram.flag("--unweighted", raw.unweighted, "A particle counts 1, and not its weight");
+    histogram.flag("--unweighted", raw.unweighted, "Counts each particle as 1, not by its weight");
     const auto form = app.group("form", "How numbers are told (at most one of these)");
-    form.flag("--json", raw.json, "One line of JSON a step on stdout");
+    form.flag("--json", raw.json, "Prints one line of JSON per step");
     form.option("--csv", raw.csv, "A file of comma-separated values").valueName("FILE");
     form.option("--npy", raw.npy,
                 "A file for numpy: statistics as a structured array, counts as [step, x, px], without the "
@@ -265,7 +263,7 @@ Status check(RawOptions& raw) {
 
 std::variant<StatsOptions, int> parseStatsOptions(int argc, const char* const* argv) {
     RawOptions raw;
-    const cli::Program program("mote-stats tells the numbers behind the picture of a particle run.",
+    const cli::Program program("mote-stats prints the numbers behind the picture of a particle run.",
                                "mote-stats");
     declare(program.command(), raw);
     if (const auto end = program.parse(argc, argv, [&] { return check(raw); })) return *end;

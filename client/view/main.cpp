@@ -40,7 +40,7 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     const cli::Program program("mote-view shows the datasets of a mote-server.", "mote-view");
     const auto app = program.command();
     app.footer(
-        "In the window ? shows all keys, Ctrl-K finds whatever can be done.\n\n"
+        "In the window, ? shows all keys and Ctrl-K finds every command.\n\n"
         "Examples:\n"
         "  mote-view run.h5\n"
         "  mote-view plots/\n"
@@ -49,18 +49,19 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
         "  mote-view --connect c.json --film film.json");
     app.option(
         "TARGET", options.target,
-        "A folder of datasets, a dataset, or a file of a run, a volume or a mesh, which is prepared into a "
-        "cache: shown by a server that this program starts and ends");
-    app.option("--spawn", options.spawn, "A root of a server that this program starts and ends, NAME=DIR");
+        "A folder of datasets, a dataset, or the file of a run, a volume or a mesh, which is prepared into a "
+        "cache; shown by a server that this program starts and stops");
+    app.option("--spawn", options.spawn, "A root of a server that this program starts and stops, NAME=DIR");
     app.option("--connect", options.connection, "Connection file of the server").showDefault();
     app.option("--view", options.view,
-               "A saved view (JSON) to start with, or a script, of which the first is shown");
+               "A saved view (JSON) to start with, or a script, whose first view is shown");
     app.option("--film", options.film, "A script of keyframes (JSON) to edit");
     app.option("--size", size, "Size of the window, WIDTHxHEIGHT").showDefault("1600x900");
-    app.option("--screenshot", options.screenshot, "Write the window as PNG once the exact picture is shown");
+    app.option("--screenshot", options.screenshot,
+               "Writes the window as PNG once the exact picture is shown");
     app.option("--save-view", options.saveView,
-               "Save the view once the exact picture is shown; a file that is there stays, and is an error");
-    app.flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
+               "Saves the view once the exact picture is shown; an existing file is kept, and is an error");
+    app.flag("--exit-after-still", options.exitAfterStill, "Exits once the exact picture is shown");
     const auto check = [&]() -> Status {
         if (!size.empty() && !parseSize(size, options))
             return invalid("--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each");

@@ -118,7 +118,7 @@ void addOptions(const cli::Command& app, Words& words) {
     app.option("--config", words.config, "a TOML file with these options; the command line wins")
         .valueName("FILE");
     app.flag("--check-config", words.checkConfig,
-             "check all options, the file and what they name, print one line and end: 0, or 1");
+             "check all options, the file and what they name, print one line and exit with 0 or 1");
     app.footer(examples);
 }
 
@@ -192,7 +192,7 @@ int reportCheck(const ServerSettings& settings) {
 }  // namespace
 
 std::variant<ServerSettings, int> parseOptions(int argc, const char* const* argv) {
-    const cli::Program program("Renders particle datasets where they lie and shows them to clients.",
+    const cli::Program program("Renders datasets where they lie and streams the pictures to clients.",
                                "mote-server");
     const auto app = program.command();
     Words words;

@@ -15,50 +15,51 @@ namespace {
 using Settings = ServerSettings;
 
 const ServerOption table[] = {
-    {"root", &Settings::roots, "NAME=DIR", "a folder with datasets and runs; may be repeated", true},
+    {"root", &Settings::roots, "NAME=DIR", "a folder of datasets and runs; may be repeated", true},
     {"state", &Settings::stateDirectory, "DIR",
-     "the server's own folder: jobs and the socket; made where absent", true},
+     "the server's own folder, for jobs and the socket; created if absent", true},
     {"connection", &Settings::connectionFile, "FILE",
      "the file that tells clients where the server is, with the token (mode 0600)", true},
     {"followers", &Settings::followerFile, "FILE",
-     "the same for those who may look at datasets and follow sessions, nothing else; default: nobody may"},
+     "the same for people who may only look at datasets and follow sessions; default: nobody"},
     {"listen", &Settings::tcp, "ADDRESS",
-     "unix (reach it from elsewhere through ssh -L), or tcp:HOST:PORT besides, with TLS; port 0: any; "
+     "unix (reached from elsewhere through ssh -L), or also tcp:HOST:PORT, with TLS; port 0: any; "
      "default unix"},
     {"device", &Settings::device, "KIND", "auto, egl or cpu: what renders; default auto"},
     {"memory", Size{&Settings::memory}, "SIZE",
-     "what the server may use, and each job besides, for example 8G; default: half of the machine's memory "
+     "what the server may use, and each job as well, for example 8G; default: half of the machine's memory "
      "for data, no limit for jobs"},
     {"threads", WholeNumber{&Settings::threads, 0, 4096}, "N",
-     "of a job, and of the device cpu; default all"},
+     "threads of a job and of the device cpu; default all"},
     {"runner", Choice{&Settings::runner, {"local", "mpi", "slurm"}}, "local|mpi|slurm",
-     "what runs jobs that make datasets and exports: this machine, mpirun on it, or sbatch; default local"},
+     "what runs jobs that make datasets and exports: this machine, mpirun, or sbatch; default local"},
     {"job-ranks", WholeNumber{&Settings::jobRanks, 1, 4096}, "N",
-     "processes of a job whose kind can have several, with mpi and slurm; default 1"},
-    {"jobs", WholeNumber{&Settings::jobs, 1, 1000}, "N", "that run at once, and one film besides; default 1"},
+     "processes of a job, if its kind can use several, with mpi and slurm; default 1"},
+    {"jobs", WholeNumber{&Settings::jobs, 1, 1000}, "N",
+     "jobs that run at once, and one film besides; default 1"},
     {"jobs-waiting", WholeNumber{&Settings::jobsWaiting, 1, 100000}, "N",
-     "at most: one more is refused; default 1000"},
+     "jobs that may wait; one more is refused; default 1000"},
     {"jobs-kept", WholeNumber{&Settings::jobsKept, 1, 100000}, "N",
-     "of those that have ended; the oldest are forgotten, and the films and exports that they made; default "
+     "ended jobs that are kept; the oldest are forgotten, with the films and exports they made; default "
      "1000"},
     {"job-time", WholeNumber{&Settings::jobTime, 0, 30 * 86400}, "SECONDS",
-     "a run of a job or film is ended then; 0: no limit, which is the default"},
+     "time limit of a job or film; 0, the default: none"},
     {"allow-unconfined-jobs", &Settings::allowUnconfinedJobs, "",
-     "run jobs even where the kernel cannot take rights away from them (Landlock, seccomp)"},
+     "run jobs even if the kernel cannot confine them (Landlock, seccomp)"},
     {"silence", Seconds{&Settings::silence, 86400}, "SECONDS",
-     "a client's session ends when nothing was heard of it for so long, though it was asked; 0: never; "
-     "default 30"},
+     "a client's session ends if it does not answer for this long; 0: never; default 30"},
     {"idle", Seconds{&Settings::idle, 30 * 86400}, "SECONDS",
-     "a client's session ends when it has asked for nothing and waited for nothing for so long; 0: never; "
-     "default 43200, twelve hours"},
+     "a client's session ends if it asks and waits for nothing for this long; 0: never; default 43200, "
+     "twelve "
+     "hours"},
     {"log", &Settings::logFile, "FILE", "where the log goes; default stderr"},
     {"log-format", Choice{&Settings::logFormat, {"text", "json"}}, "text|json",
-     "lines for people, or an object of JSON each; default text"},
-    {"log-size", Size{&Settings::logSize}, "SIZE", "of the log's file, which is then put aside; default 16M"},
+     "lines for people, or one JSON object per line; default text"},
+    {"log-size", Size{&Settings::logSize}, "SIZE", "size at which the log file is put aside; default 16M"},
     {"log-files", WholeNumber{&Settings::logFiles, 1, 100}, "N",
-     "that were put aside and are kept; default 4"},
+     "log files put aside that are kept; default 4"},
     {"metrics", HttpAddress{&Settings::metrics}, "ADDRESS",
-     "where /metrics and /healthz are answered by HTTP: unix:PATH or 127.0.0.1:PORT; default nowhere"},
+     "where /metrics and /healthz are served over HTTP: unix:PATH or 127.0.0.1:PORT; default nowhere"},
 };
 
 /// Puts a text into the member that a row names.

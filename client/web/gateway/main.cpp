@@ -68,26 +68,27 @@ void declare(const cli::Command& app, RawOptions& raw) {
         .showDefault()
         .valueName("PLACE");
     app.option("--tls-certificate", raw.certificate,
-               "PEM file of a certificate, and of those that vouch for it: browsers speak https")
+               "PEM file of a certificate and its chain; browsers then use https")
         .valueName("FILE");
-    app.option("--tls-key", raw.key, "PEM file of its key; absent: in the certificate's file")
+    app.option("--tls-key", raw.key, "PEM file of its key; default: the certificate's file")
         .valueName("FILE");
-    app.option("--base-url", options.access.basePath, "Where a proxy shows it, from / to /")
+    app.option("--base-url", options.access.basePath, "Path under which a proxy shows it, from / to /")
         .showDefault()
         .valueName("PATH");
     app.option("--origin", options.access.origins,
-               "A proxy's address as browsers see it, https://HOST; repeatable")
+               "The proxy's address as browsers see it, https://HOST; repeatable")
         .repeatable()
         .valueName("URL");
     app.flag("--any-host", options.access.anyHost,
-             "Names of any host are taken: for a proxy whose address is not known");
+             "Accepts any host name: for a proxy whose address is not known");
     app.option("--frame-ancestor", options.access.frameAncestors,
-               "Whose pages may show it in a frame besides its own, http://HOST:PORT; repeatable")
+               "Whose pages may frame it, besides its own, http://HOST:PORT; repeatable")
         .repeatable()
         .valueName("URL");
-    app.flag("--read-only", options.access.readOnly, "For looking only: no jobs, no films");
-    app.flag("--no-token", options.access.trusting,
-             "Of --listen unix: the proxy before it asks who they are; whoever reaches the socket comes in");
+    app.flag("--read-only", options.access.readOnly, "Only for looking: no jobs, no films");
+    app.flag(
+        "--no-token", options.access.trusting,
+        "With --listen unix: no token, since the proxy authenticates; whoever reaches the socket comes in");
     app.option("--page", options.page, "The folder of the page").hidden();
 }
 
