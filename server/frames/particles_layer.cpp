@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <queue>
 #include <utility>
 
 #include "protocol/scene/plot_density.h"
@@ -133,39 +134,59 @@ void put(std::vector<std::shared_ptr<const T>>& all, std::size_t index, std::siz
 /// Tells a camera the points of leaves that may be seen.
 class SeenLeaves {
   public:
-    SeenLeaves(const storage::ParticleStep& step, const ParticlesStyle& style, CameraFit& fit)
-        : step_(step), walk_(step), fit_(fit) {
-        const auto& leaves = walk_.leaves();
-        for (std::size_t i = 0; i < leaves.size(); ++i) {
-            const double t = step.logDensity().ofLeaf(static_cast<double>(leaves.density[i]));
-            if (style.pointFraction(t) > 0.0 || style.volumeOpacity(t) > 0.0)
-                seen_.push_back(static_cast<std::uint32_t>(i));
-        }
-    }
+    SeenLeaves(const storage::ParticleStep& step, const ParticlesStyle& style, HalfSpaces clips,
+               CameraFit& fit)
+        : step_(step),
+          style_(style),
+          clips_(std::move(clips)),
+          walk_(step),
+          fit_(fit),
+          found_(walk_.nodes().size(), Found::unknown) {}
 
-    /// Leaf by leaf from the outermost on, as long as one reaches farther than all points before: few are
-    /// read, of however many.
+    /// Along each direction from the outermost cell of the octree on, as long as one reaches farther than all
+    /// points before: few are looked at, of however many.
     void add() {
+        if (walk_.leaves().size() == 0 || !isSeen(0)) return;
         for (int i = 0; i < CameraFit::directions; ++i) {
-            std::vector<std::pair<double, std::uint32_t>> reaches;
-            reaches.reserve(seen_.size());
-            for (const auto leaf : seen_) {
-                const double reach = fit_.reach(i, boxOf(leaf));
-                if (reach > 0.0) reaches.emplace_back(reach, leaf);
-            }
-            std::make_heap(reaches.begin(), reaches.end());
-            while (!reaches.empty() && fit_.reach(i, boxOf(reaches.front().second)) > 0.0) {
-                addPoints(reaches.front().second);
-                std::pop_heap(reaches.begin(), reaches.end());
-                reaches.pop_back();
+            std::priority_queue<std::pair<double, std::uint32_t>> cells;
+            const auto put = [&](std::uint32_t node) {
+                const double reach = fit_.reach(i, boxOf(node));
+                if (reach > 0.0 && isSeen(node)) cells.emplace(reach, node);
+            };
+            put(0);
+            while (!cells.empty()) {
+                const auto node = cells.top().second;
+                cells.pop();
+                if (!(fit_.reach(i, boxOf(node)) > 0.0)) continue;  // others have reached farther since
+                const auto children = walk_.nodes().childCount[node];
+                if (children == 0) addPoints(walk_.nodes().firstChild[node]);
+                for (std::uint32_t k = 0; k < children; ++k) put(walk_.nodes().firstChild[node] + k);
             }
         }
     }
 
   private:
-    Bounds boxOf(std::uint32_t leaf) const {
-        const auto cell = walk_.cell(leaf);
+    enum class Found : std::uint8_t { unknown, seen, unseen };
+
+    Bounds boxOf(std::uint32_t node) const {
+        const auto cell = walk_.cellOf(node);
         return {cell.low, cell.low + cell.edge};
+    }
+    /// Whether a leaf of a node may be seen; looked for once.
+    bool isSeen(std::uint32_t node) {
+        if (found_[node] == Found::unknown) found_[node] = lookBelow(node) ? Found::seen : Found::unseen;
+        return found_[node] == Found::seen;
+    }
+    bool lookBelow(std::uint32_t node) {
+        if (allCut(clips_, boxOf(node))) return false;
+        const auto first = walk_.nodes().firstChild[node];
+        const std::uint32_t children = walk_.nodes().childCount[node];
+        for (std::uint32_t k = 0; k < children; ++k) {
+            if (isSeen(first + k)) return true;
+        }
+        if (children > 0) return false;
+        const double t = step_.logDensity().ofLeaf(static_cast<double>(walk_.leaves().density[first]));
+        return style_.pointFraction(t) > 0.0 || style_.volumeOpacity(t) > 0.0;
     }
     void addPoints(std::uint32_t leaf) {
         const auto cell = walk_.cell(leaf);
@@ -177,9 +198,11 @@ class SeenLeaves {
     }
 
     const storage::ParticleStep& step_;
+    const ParticlesStyle& style_;
+    const HalfSpaces clips_;
     const storage::LeafWalk walk_;
     CameraFit& fit_;
-    std::vector<std::uint32_t> seen_;
+    std::vector<Found> found_;  // of each node
 };
 
 }  // namespace
@@ -200,7 +223,7 @@ Result<bool> shownOf(const proto::ParticlesStyle& said, const ShownLayer& shown,
     if (!step->octreeReady() && data.want(*step, {.octree = true})) return false;
     auto style = particlesStyleOf(said);
     resolveByPlot(style, plot, shown.onLight);
-    SeenLeaves(*step, style, fit).add();
+    SeenLeaves(*step, style, shown.layer.clips(), fit).add();
     return true;
 }
 

@@ -16,8 +16,7 @@ std::size_t LeafWalk::leafOf(std::uint64_t point) const {
     return static_cast<std::size_t>(after - leaves_.pointBegin.begin()) - 1;
 }
 
-LeafWalk::Cell LeafWalk::cell(std::size_t leaf) const {
-    const std::size_t node = leaves_.node[leaf];
+LeafWalk::Cell LeafWalk::cellOf(std::size_t node) const {
     const double edge = std::ldexp(2.0, -nodes_.level[node]);
     return {glm::dvec3(-1.0) + edge * glm::dvec3(cellPlace(nodes_.morton[node])), edge};
 }

@@ -33,7 +33,9 @@ class LeafWalk {
             return low + edge * (glm::dvec3(p.x, p.y, p.z) + 0.5) * part;
         }
     };
-    Cell cell(std::size_t leaf) const;
+    Cell cell(std::size_t leaf) const { return cellOf(leaves_.node[leaf]); }
+    /// A node's, whether it is a leaf or not.
+    Cell cellOf(std::size_t node) const;
 
     const OctreeNodes& nodes() const { return nodes_; }
     const Leaves& leaves() const { return leaves_; }

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The camera that is fitted to particles: that of all points that may be seen, one by one.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <sstream>
+
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/view_message.h"
+#include "server/frames/scene_maker.h"
+#include "storage/numbers/point_places.h"
+#include "tests/support/view_text.h"
+#include "tests/unit/frames/memory_source.h"
+
+namespace mote::server {
+namespace {
+
+std::shared_ptr<const test::MemoryStep> clustersOf(std::mt19937& dice) {
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    std::normal_distribution<double> about(0.0, 1.0);
+    std::vector<test::WeightedPoint> points;
+    const int clusters = 1 + static_cast<int>(4 * part(dice));
+    for (int c = 0; c < clusters; ++c) {
+        const glm::dvec3 middle(part(dice), part(dice), part(dice));
+        const double width = std::exp(-6.0 * part(dice));
+        for (int i = static_cast<int>(2000 * part(dice)); i > 0; --i) {
+            const glm::dvec3 off(about(dice), about(dice), about(dice));
+            points.push_back({glm::clamp(middle + 0.3 * width * off, 0.0, 1.0 - 1e-9), 1.0});
+        }
+    }
+    return test::MemoryStep::make(points, {.leafCapacity = 1 + static_cast<std::uint32_t>(40 * part(dice))});
+}
+
+/// A curve that shows some densities, or none, and a clip.
+std::string layerOf(std::mt19937& dice) {
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    const double from = part(dice) - 0.3, to = from + part(dice);
+    const auto knots = [&](const char* what) {
+        std::ostringstream text;
+        const double a = std::clamp(from, 0.01, 0.97), b = std::clamp(to, a + 0.01, 0.99);
+        text << "[{'density': 0, '" << what << "': " << (from < 0.0) << "}, {'density': " << a << ", '"
+             << what << "': 0}, {'density': " << 0.5 * (a + b) << ", '" << what << "': 1}, {'density': " << b
+             << ", '" << what << "': 0}]";
+        return text.str();
+    };
+    std::ostringstream text;
+    text << "{'dataset': 'test/beam', 'particles': {'volume': {'curve': " << knots("opacity")
+         << "}, 'points': {'linked': false, 'curve': "
+         << (part(dice) < 0.5 ? knots("fraction") : "[{'fraction': 0}]") << "}}";
+    if (part(dice) < 0.5)
+        text << ", 'clip': {'planes': [{'normal': [" << part(dice) - 0.5 << ", " << part(dice) - 0.5
+             << ", 0.1], "
+             << "'distance': " << 0.4 * (part(dice) - 0.5) << "}]}";
+    text << "}";
+    return text.str();
+}
+
+/// Of all points, in any order.
+Camera cameraByHand(const View& view, MemorySource& source) {
+    const Layer& layer = view.layers[0];
+    const auto& step = *source.steps("test/beam")[0];
+    auto style = particlesStyleOf(*layer.particles());
+    resolveByPlot(style, source.plot("test/beam"), false);
+    const storage::LeafWalk walk(step);
+    CameraFit fit(outlookOf({}, layer.transform), view.aspect(), fitMargin(view));
+    fit.enter(layer.transform, layer.clips());
+    for (std::size_t i = 0; i < walk.leaves().size(); ++i) {
+        const double t = step.logDensity().ofLeaf(static_cast<double>(walk.leaves().density[i]));
+        if (style.pointFraction(t) <= 0.0 && style.volumeOpacity(t) <= 0.0) continue;
+        for (const auto& point : step.positions(walk.leaves().pointBegin[i], walk.leaves().pointCount[i])) {
+            const auto place = walk.cell(i).at(point);
+            if (fit.takes(place)) fit.add(place);
+        }
+    }
+    if (!fit.inLayer()) fit.add(Bounds{glm::dvec3(-1.0), glm::dvec3(1.0)});
+    return fit.camera();
+}
+
+TEST(FittedParticles, TheCameraIsThatOfAllPointsThatMayBeSeen) {
+    std::mt19937 dice(7);
+    for (int round = 0; round < 200; ++round) {
+        MemorySource source;
+        source.add("test/beam", {clustersOf(dice)});
+        const std::string layer = layerOf(dice);
+        auto view = test::viewOf("{'width': 160, 'height': 90, 'layers': [" + layer + "]}");
+        ASSERT_TRUE(fitLayers(view, source).value());
+        EXPECT_EQ(view.camera, cameraByHand(view, source)) << round << ": " << layer;
+    }
+}
+
+}  // namespace
+}  // namespace mote::server
