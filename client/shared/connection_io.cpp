@@ -27,6 +27,16 @@ double msSince(std::int64_t ns, Clock::time_point now) {
     return then > now ? 0.0 : Milliseconds(now - then).count();
 }
 
+/// Servers of this minor version and above know hidden layers.
+constexpr std::uint32_t hidesFromMinor = 4;
+
+/// For a server that would draw them: the same is seen.
+void fadeHidden(proto::View& view) {
+    for (auto& layer : *view.mutable_layers()) {
+        if (layer.hidden()) layer.set_opacity(0.0);
+    }
+}
+
 }  // namespace
 
 std::optional<proto::ClientMessage> Connection::Impl::next() {
@@ -76,6 +86,7 @@ std::optional<proto::ClientMessage> Connection::Impl::nextView() {
     proto::ClientMessage message;
     message.set_request(++lastRequest_);
     *message.mutable_set_view() = view->message;
+    if (welcome_.minor() < hidesFromMinor) fadeHidden(*message.mutable_set_view()->mutable_view());
     sentViews_.emplace_back(lastRequest_, view->message.view_id());
     if (sentViews_.size() > rememberedViews) sentViews_.pop_front();
     return message;

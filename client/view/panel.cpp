@@ -130,6 +130,7 @@ bool isMissing(const ServerState& server, const std::string& dataset) {
 /// An eye, a name that is dragged to another place; the topmost is drawn last.
 void drawLayerRow(ViewModel& model, int index, const LayerPanel& panel) {
     const std::string dataset = model.layers().Get(index).dataset();
+    const std::string given = model.layers().Get(index).name();
     const auto shownKind = model.layers().Get(index).kind_case();
     ImGui::PushID(index);
     bool shown = model.isShown(index);
@@ -141,10 +142,13 @@ void drawLayerRow(ViewModel& model, int index, const LayerPanel& panel) {
     ImGui::SameLine();
     const bool missing = isMissing(panel.server, dataset);
     const auto& kind = proto::Layer::descriptor()->FindFieldByNumber(shownKind)->name();
-    const auto name = fmt::format("{}{}  {}", dataset, missing ? " (missing)" : "", kind);
+    const auto name =
+        fmt::format("{}{}  {}", given.empty() ? dataset : given, missing ? " (missing)" : "", kind);
     if (missing) pushWarningColor();
-    if (ImGui::Selectable(name.c_str(), index == model.chosen())) model.choose(index);
+    // The dataset alone tells it, so that it stays the same while its name is typed.
+    if (ImGui::Selectable((name + "###" + dataset).c_str(), index == model.chosen())) model.choose(index);
     if (missing) ImGui::PopStyleColor();
+    if (!given.empty() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", dataset.c_str());
     if (ImGui::BeginDragDropSource()) {
         ImGui::SetDragDropPayload("layer", &index, sizeof index);
         text(name);
@@ -158,6 +162,16 @@ void drawLayerRow(ViewModel& model, int index, const LayerPanel& panel) {
         ImGui::EndDragDropTarget();
     }
     ImGui::PopID();
+}
+
+/// What people call the chosen layer; what is no name is not taken.
+void drawLayerName(ViewModel& model, PanelActions& actions) {
+    std::array<char, Layer::maxNameBytes + 1> typed{};
+    const auto& name = model.layer().name();
+    std::copy_n(name.begin(), std::min(name.size(), typed.size() - 1), typed.begin());
+    const bool changed =
+        ImGui::InputTextWithHint("layer's name", model.dataset().c_str(), typed.data(), typed.size());
+    note(actions, changed && model.setName(model.chosen(), typed.data()).ok());
 }
 
 void drawLayers(ViewModel& model, const LayerPanel& panel) {
@@ -181,6 +195,7 @@ void drawLayers(ViewModel& model, const LayerPanel& panel) {
     }
     ImGui::EndDisabled();
     if (model.layers().empty()) return dim("Nothing is drawn: add a dataset.");
+    drawLayerName(model, panel.actions);
     auto opacity = static_cast<float>(model.layer().has_opacity() ? model.layer().opacity() : 1.0);
     const float before = opacity;
     slider(panel.actions, "layer's opacity", opacity, 0.0F, 1.0F);

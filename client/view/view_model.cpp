@@ -61,7 +61,6 @@ void ViewModel::copy(const ViewModel& other) {
     hadDataset_ = other.hadDataset_;
     known_ = other.known_;
     plots_ = other.plots_;
-    opacities_ = other.opacities_;
     ++jumps_;
     camera_ = other.camera_;
     cameraSet_ = other.cameraSet_;
@@ -164,7 +163,7 @@ Status ViewModel::setStyle(const proto::Layer& style) {
 
 bool ViewModel::isShown(int index) const {
     const auto& layer = message_.layers(index);
-    return !layer.has_opacity() || layer.opacity() > 0.0;
+    return !layer.hidden() && (!layer.has_opacity() || layer.opacity() > 0.0);
 }
 
 void ViewModel::setOpacity(int index, double opacity) {
@@ -176,10 +175,21 @@ void ViewModel::setOpacity(int index, double opacity) {
 }
 
 void ViewModel::setShown(int index, bool shown) {
-    const auto& layer = message_.layers(index);
-    if (!shown && isShown(index)) opacities_[layer.dataset()] = layer.has_opacity() ? layer.opacity() : 1.0;
-    const auto known = opacities_.find(layer.dataset());
-    setOpacity(index, !shown ? 0.0 : known != opacities_.end() ? known->second : 1.0);
+    settle();
+    auto& layer = *message_.mutable_layers(index);
+    layer.set_hidden(!shown);
+    if (!isShown(index) && shown) layer.clear_opacity();
+    before_ = written();
+}
+
+Status ViewModel::setName(int index, const std::string& name) {
+    auto changed = edited();
+    changed.mutable_layers(index)->set_name(name);
+    MOTE_RETURN_IF_ERROR(parseView(sized(changed)));
+    settle();
+    message_.mutable_layers(index)->set_name(name);
+    before_ = written();
+    return success();
 }
 
 const proto::Layer& ViewModel::layer() const {

@@ -67,11 +67,12 @@ class ViewModel {
     proto::Layer style() const;
     /// The chosen layer has that style from now on. Errors: of another kind; as parseView.
     Status setStyle(const proto::Layer& style);
-    /// One that is not shown has no opacity.
+    /// One that is not shown is hidden, or has no opacity, as views of before say it.
     bool isShown(int index) const;
-    /// Shown again it has the opacity that it had, as long as this is the same model.
     void setShown(int index, bool shown);
     void setOpacity(int index, double opacity);
+    /// What people call it; empty: its dataset's name is shown. Errors as parseView; then nothing changes.
+    Status setName(int index, const std::string& name);
 
     // Of the chosen layer:
 
@@ -186,7 +187,6 @@ class ViewModel {
     bool described_ = false;   // the editor was told of the dataset
     bool hadDataset_ = false;  // since the view was loaded
     std::uint64_t jumps_ = 0;
-    std::map<std::string, double> opacities_;  // of datasets whose layers are not shown, from before
     Camera camera_;
     bool cameraSet_ = false;
     std::optional<Camera> served_;

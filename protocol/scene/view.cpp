@@ -10,6 +10,7 @@
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/layer_parts.h"
+#include "protocol/scene/utf8.h"
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/write_fields.h"
 
@@ -103,13 +104,33 @@ Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& backgrou
     }
 }
 
+/// What people call a layer.
+Status checkLayerName(const std::string& name) {
+    if (name.size() > Layer::maxNameBytes)
+        return invalid("name", fmt::format("has at most {} bytes, not {}", Layer::maxNameBytes, name.size()));
+    if (!isUtf8(name)) return invalid("name", "is no UTF-8");
+    for (std::string_view left = name; !left.empty();) {
+        const auto character = left.substr(0, characterLength(left));
+        if (isControl(character)) return invalid("name", "holds a control character");
+        left.remove_prefix(character.size());
+    }
+    return success();
+}
+
+/// A hidden layer stays in its place, and nothing is there of it: whatever draws, fits, picks or labels
+/// leaves it out as it does one that has faded away.
+double opacityOf(const proto::Layer& message) {
+    return message.hidden() ? 0.0 : numberOf(message, message.kOpacityFieldNumber);
+}
+
 Result<Layer> parseLayer(const proto::Layer& message, const proto::View& view, const glm::dvec3& background) {
     if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
     MOTE_ASSIGN_OR_RETURN(const auto transform, parseTransform(message.transform()));
+    MOTE_RETURN_IF_ERROR(checkLayerName(message.name()));
     MOTE_RETURN_IF_ERROR(checkOwnFields(message));
-    const double opacity = numberOf(message, message.kOpacityFieldNumber);
-    auto layer = parseStyle(message, background,
-                            {message.dataset(), message.step(), transform, StippleStyle{}, opacity});
+    auto layer =
+        parseStyle(message, background,
+                   {message.dataset(), message.step(), transform, StippleStyle{}, opacityOf(message)});
     if (layer.ok()) MOTE_RETURN_IF_ERROR(parseLayerParts(message, view.selections(), *layer));
     if (layer.ok() && layer->ink()) layer->inkIsDark = inkIsDark(*layer->ink(), background);
     return layer;
@@ -143,9 +164,7 @@ bool isDrawing(const proto::Layer& layer) {
 glm::dvec3 parseBackground(const proto::View& message) {
     if (const auto said = colorOf(message, message.kBackgroundFieldNumber)) return *said;
     const auto& layers = message.layers();
-    const auto seen = [](const proto::Layer& layer) {
-        return !layer.has_image() && numberOf(layer, proto::Layer::kOpacityFieldNumber) > 0.0;
-    };
+    const auto seen = [](const proto::Layer& layer) { return !layer.has_image() && opacityOf(layer) > 0.0; };
     const bool any = std::any_of(layers.begin(), layers.end(), seen);
     const bool drawing = std::all_of(layers.begin(), layers.end(), [&](const proto::Layer& layer) {
         return isDrawing(layer) || layer.has_image() || (any && !seen(layer));

@@ -30,13 +30,16 @@ namespace mote {
 using MeshStyle = proto::MeshStyle;
 
 struct Layer {
+    static constexpr std::size_t maxNameBytes = 200;  ///< of what people call it, which only the message has
+
     std::string dataset;        ///< "ROOT/NAME"
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
     std::variant<proto::ParticlesStyle, proto::HybridStyle, StippleStyle, MeshStyle, proto::InkStyle,
                  proto::ImageStyle>
         style;
-    double opacity = 1.0;  ///< how much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade")
+    /// How much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade"); of a hidden one nothing.
+    double opacity = 1.0;
     // Of particles alone.
     std::optional<proto::ColorBy> colorBy = {};  ///< of its points, resolved
     std::optional<Selection> select = {};        ///< these are drawn, as if they were the whole run

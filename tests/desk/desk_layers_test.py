@@ -24,10 +24,23 @@ class Layers(DeskCase):
         viewer = self.beam()
         x, y = viewer.see("data/beam  particles")
         viewer.click(PANEL + 18, y)
-        viewer.shows(lambda view: view and view["layers"][0]["opacity"] == 0)
+        viewer.shows(lambda view: view["layers"][0]["hidden"] and "opacity" not in view["layers"][0])
         viewer.until(lambda: warm(viewer.picture()[:600, :840]).sum() < 50, "an empty picture")
         viewer.click(PANEL + 18, y)
         viewer.until(lambda: warm(viewer.picture()[:600, :840]).sum() > 2000, "the beam")
+
+    def test_86_a_layer_gets_a_name(self):
+        viewer = self.beam()
+        x, y = viewer.see("layer's name")
+        viewer.click(x - 120, y)
+        viewer.type("halo")
+        viewer.see("halo  particles")
+        viewer.shows(lambda view: view["layers"][0]["name"] == "halo")
+        viewer.key("Escape")
+        viewer.click(x - 120, y)
+        viewer.key("ctrl+a")
+        viewer.key("BackSpace")
+        viewer.see("data/beam  particles")
 
     def test_17_layers_change_places_by_dragging(self):
         viewer = self.beam()

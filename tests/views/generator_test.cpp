@@ -53,6 +53,8 @@ std::set<std::string> featuresOf(const proto::View& view) {
         has.insert("step " + std::to_string(layer.step()));
         has.insert("kind " + std::to_string(layer.kind_case()));
         if (layer.transform().empty()) has.insert("identity");
+        if (layer.hidden()) has.insert("hidden");
+        if (!layer.name().empty()) has.insert("named");
         if (!layer.has_opacity()) has.insert("all of a layer");
         if (layer.has_opacity()) has.insert(fadedOf(layer));
         if (layer.has_towards()) has.insert("towards of " + std::to_string(layer.kind_case()));
@@ -76,6 +78,8 @@ TEST(Generator, ReachesTheEndsOfTheSchema) {
                                       "layers 1",
                                       "layers 8",
                                       "one pixel",
+                                      "hidden",
+                                      "named",
                                       "fitted",
                                       "telescope",
                                       "wide angle",

@@ -168,6 +168,18 @@ void addImages(proto::View& view) {
     }
 }
 
+/// Layers of some views are hidden or have a name. By numbers of their own, at last: all else stays as it
+/// would be.
+void nameAndHide(proto::View& view) {
+    constexpr double some = 0.15, hidden = 0.4, named = 0.5;
+    Random random(view.ByteSizeLong(), 2048);
+    if (!random.chance(some)) return;
+    for (auto& layer : *view.mutable_layers()) {
+        layer.set_hidden(random.chance(hidden));
+        if (random.chance(named)) layer.set_name(random.oneOf({"core", "halo", "\u00e4u\u00dferer \u2207"}));
+    }
+}
+
 proto::View tryView(Random& random, const ViewShape& shape) {
     proto::View view;
     const auto [width, height] = anySize(random, shape.mostPixels);
@@ -192,6 +204,7 @@ proto::View tryView(Random& random, const ViewShape& shape) {
     if (!fitted) setCamera(camera, view);
     if (!fitted && random.chance(0.1)) view.mutable_camera()->clear_fov_y_degrees();
     addImages(view);
+    nameAndHide(view);
     return view;
 }
 

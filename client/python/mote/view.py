@@ -86,27 +86,29 @@ class Layer:
         paths: ids whose ways through all steps are drawn, or a dict with "ids", "color", "width".
         opacity: of the whole layer, 0 to 1.
         transform: 4 x 4, row by row, layer to world.
+        name: what people call it.
+        hidden: it stays in the view, but is not drawn.
     """
 
     def __init__(self, dataset: Dataset, step: int = 0, *, style: Optional[Mapping[str, Any]] = None,
                  kind: Optional[str] = None, color_by: Any = None, select: Optional[Selectable] = None,
                  highlight: Any = None, paths: Any = None, opacity: Optional[float] = None,
-                 transform: Any = None, towards: Any = None) -> None:
+                 transform: Any = None, towards: Any = None, name: Optional[str] = None, hidden: bool = False) -> None:
         from .dataset import Dataset
 
         if not isinstance(dataset, Dataset):
             raise TypeError(f"a layer is of a dataset, session[\"ROOT/NAME\"], not of the {arguments.told(dataset)}")
         if kind is not None and kind not in _KINDS:
             raise invalid("kind", f"is one of {', '.join(_KINDS)}, not {kind!r}")
-        name = kind or _STYLES.get(dataset.kind)
-        if name is None:
+        style_name = kind or _STYLES.get(dataset.kind)
+        if style_name is None:
             raise Error("unsupported", dataset.name, f"a dataset of kind {dataset.kind!r} makes no layer by itself")
         self.session = dataset.session
         self.fields: Dict[str, Any] = {
-            "dataset": dataset.name, "step": arguments.one_step(step, len(dataset)), name: {} if style is None else style,
+            "dataset": dataset.name, "step": arguments.one_step(step, len(dataset)), style_name: {} if style is None else style,
             "opacity": opacity, "transform": arguments.matrix(transform, "transform"), "colorBy": _color_by(color_by), "select": select,
             "highlight": None if highlight is None else _highlight(highlight), "paths": _paths(paths),
-            "towards": _towards(towards, len(dataset))}
+            "towards": _towards(towards, len(dataset)), "name": name, "hidden": arguments.flag(hidden, "hidden")}
 
 
 class View:
@@ -122,6 +124,7 @@ class View:
         selections: {name: selection} that layers may name.
         space: "metres": each layer lies where it is: a plot along x, y and z by its axes, volumes and meshes by their unit.
         stretch: with space, what places in metres are times, along x, y and z.
+        depth_contrast: 0 to 1, how much plainer it is made which of two layers is in front.
         layer: further options of a Dataset's Layer: style, color_by, select, highlight, ...
 
     >>> mote.View(ds, step=-1, size=(1280, 720), color_by="energy", annotations=True).render()   # doctest: +SKIP
@@ -130,14 +133,16 @@ class View:
     def __init__(self, dataset: Union[Dataset, Layer, Sequence[Layer]], step: int = 0,
                  size: Tuple[int, int] = (1280, 720), *, camera: Optional[Mapping[str, Any]] = None, background: Any = None,
                  annotations: Any = None, selections: Optional[Mapping[str, Selectable]] = None,
-                 space: Optional[str] = None, stretch: Optional[Sequence[float]] = None, **layer: Any) -> None:
+                 space: Optional[str] = None, stretch: Optional[Sequence[float]] = None,
+                 depth_contrast: Optional[float] = None, **layer: Any) -> None:
         layers = _layers(dataset, step, layer)
         named = [] if selections is None else _named(selections)
         width, height = _size(size)
         fields = {"width": width, "height": height, "background": background, "camera": camera,
                   "layers": [item.fields for item in layers], "annotations": _annotations(annotations),
                   "selections": named, "space": space,
-                  "stretch": None if stretch is None else arguments.items(stretch, "stretch", "three numbers")}
+                  "stretch": None if stretch is None else arguments.items(stretch, "stretch", "three numbers"),
+                  "depthContrast": depth_contrast}
         self._session = layers[0].session
         self._message = to_message("View", fields)
 
@@ -175,6 +180,16 @@ class View:
         """The view as a message of the schema."""
         return self._message
 
+    @property
+    def layers(self) -> Tuple[Message, ...]:
+        """Its layers as messages of the schema, which are copies: ``view.layers[0].name``."""
+        copies = []
+        for layer in self._message.layers:
+            copy = new("Layer")
+            copy.CopyFrom(layer)
+            copies.append(copy)
+        return tuple(copies)
+
     def submit(self, linear: bool = False, page: Optional[Message] = None) -> int:
         """Asks for the exact picture without waiting; ``collect`` takes it."""
         connection = self._session.connection
@@ -184,6 +199,10 @@ class View:
         message = new("ClientMessage")
         asked = message.set_view
         asked.view.CopyFrom(self._message)
+        if connection.welcome and connection.welcome.minor < 4:  # it would draw what is hidden
+            for layer in asked.view.layers:
+                if layer.hidden:
+                    layer.opacity = 0.0
         asked.final_only, asked.queued = True, queued
         asked.format = LINEAR_HALF if linear else SRGB8
         if page is not None:

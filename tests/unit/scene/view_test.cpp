@@ -151,11 +151,46 @@ INSTANTIATE_TEST_SUITE_P(
                   "layers[1].transform"},
         ViewFault{"transformSingular", [](auto& m) { m.mutable_layers(1)->set_transform(5, 0); },
                   "layers[1].transform"},
+        ViewFault{"nameTooLong", [](auto& m) { m.mutable_layers(1)->set_name(std::string(201, 'a')); },
+                  "layers[1].name"},
+        ViewFault{"nameWithAControl", [](auto& m) { m.mutable_layers(1)->set_name("a\nb"); },
+                  "layers[1].name"},
+        ViewFault{"nameWithALaterControl", [](auto& m) { m.mutable_layers(1)->set_name("a\u0085"); },
+                  "layers[1].name"},
+        ViewFault{"nameIsNoText", [](auto& m) { m.mutable_layers(1)->set_name("a\xff"); }, "layers[1].name"},
+        ViewFault{"hiddenAndWrong",
+                  [](auto& m) {
+                      m.mutable_layers(1)->set_hidden(true);
+                      m.mutable_layers(1)->set_opacity(2.0);
+                  },
+                  "layers[1].opacity"},
         ViewFault{"curve", [](auto& m) { style(m).mutable_volume()->add_curve()->set_opacity(2); },
                   "layers[1].particles.volume.curve[0]"},
         ViewFault{"pointCurve", [](auto& m) { style(m).mutable_points()->add_curve(); },
                   "layers[1].particles.points.curve"}),
     [](const auto& bad) { return bad.param.what; });
+
+TEST(View, NothingIsThereOfAHiddenLayer) {
+    auto message = plain();
+    message.clear_camera();
+    message.clear_background();
+    message.mutable_layers(0)->mutable_ink();
+    message.mutable_layers(1)->set_name("ein Kern, \u00e4u\u00dferst dicht");
+    message.mutable_layers(1)->set_opacity(0.5);
+    const auto all = parseView(message).value();
+    message.mutable_layers(1)->set_hidden(true);
+    const auto view = parseView(message).value();
+    EXPECT_EQ(view.layers[1].opacity, 0.0);
+    auto without = message;
+    without.mutable_layers()->RemoveLast();
+    const auto alone = parseView(without).value();
+    EXPECT_EQ(view.camera, alone.camera);
+    EXPECT_FALSE(view.camera == all.camera);
+    EXPECT_EQ(view.background, alone.background);
+    EXPECT_FALSE(view.background == all.background);
+    message.mutable_layers(0)->set_hidden(true);
+    EXPECT_TRUE(parseView(message).ok());
+}
 
 TEST(View, ImagesLeaveThePaperToTheOtherLayers) {
     const auto paper = [](const std::string& layers) {

@@ -402,6 +402,37 @@ TEST(CameraControl, FittingAlongADirectionKeepsIt) {
     EXPECT_NEAR(glm::distance(along.eye, glm::dvec3(7.0, 2.0, 3.0)), 0.0, tolerance);
 }
 
+TEST(ViewModel, LayersHaveNamesAndAreHidden) {
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(3));
+    model.addLayer("data/teapot", surface());
+    ASSERT_TRUE(model.setName(0, "the core").ok());
+    EXPECT_EQ(model.setName(0, std::string(201, 'a')).error().where, "layers[0].name");
+    model.setShown(0, false);
+    // A file keeps both, wherever the layer goes; another view of it draws it as before.
+    model.moveLayer(0, 1);
+    ViewModel other;
+    ASSERT_TRUE(other.load(model.view(64, 64)).ok());
+    EXPECT_EQ(other.edited().layers(1).name(), "the core");
+    EXPECT_TRUE(other.isShown(0));
+    EXPECT_FALSE(other.isShown(1));
+    other.setShown(1, true);
+    EXPECT_FALSE(other.edited().layers(1).hidden());
+    EXPECT_FALSE(other.edited().layers(1).has_opacity());
+}
+
+TEST(ViewModel, ALayerThatWasHiddenByItsOpacityIsShownAgain) {
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(3));
+    auto before = model.view(64, 64);
+    before.mutable_layers(0)->set_opacity(0.0);  // as sessions of older viewers say it
+    ASSERT_TRUE(model.load(before).ok());
+    EXPECT_FALSE(model.isShown(0));
+    model.setShown(0, true);
+    EXPECT_TRUE(model.isShown(0));
+    EXPECT_FALSE(model.edited().layers(0).has_opacity());
+}
+
 TEST(ViewModel, LayersComeGoAndChangePlaces) {
     ViewModel model;
     model.setDataset("data/beam", plotOf(3));
@@ -420,8 +451,9 @@ TEST(ViewModel, LayersComeGoAndChangePlaces) {
     model.setOpacity(0, 0.5);
     model.setShown(0, false);
     EXPECT_FALSE(model.isShown(0));
-    EXPECT_EQ(model.edited().layers(0).opacity(), 0.0);
+    EXPECT_TRUE(model.edited().layers(0).hidden());
     model.setShown(0, true);
+    EXPECT_FALSE(model.edited().layers(0).hidden());
     EXPECT_EQ(model.edited().layers(0).opacity(), 0.5);
     model.removeLayer(0);
     EXPECT_EQ(model.chosen(), 0);

@@ -38,6 +38,7 @@ const paths: Record<string, string> = {
     sliders: 'M5 20v-6M5 10V4M12 20v-9M12 7V4M19 20v-3M19 13V4M3 14h4M10 7h4M17 17h4',
     lasso: 'M12 4c5 0 8 2.2 8 5s-3 5-8 5-8-2.2-8-5 3-5 8-5zM7 13c-1.500 1-1.500 3 0 3s1.500 2 0 4',
     plus: 'M12 5v14M5 12h14',
+    eye: 'M2.5 12S6 5.500 12 5.500 21.500 12 21.500 12 18 18.500 12 18.500 2.500 12 2.500 12zM12 15a3 3 0 1 0 0-6 3 3 0 0 0 0 6z',
 };
 
 export function icon(name: string): SVGSVGElement {

@@ -18,6 +18,20 @@ export const columnsOf = (manifest: Manifest | undefined): string[] => {
     return columns.length > 0 ? [...new Set([...columns, ...derived])] : [];
 };
 
+const mostNameBytes = 200;
+
+/// What of a typed text a layer can be called (protocol/mote.proto): no control characters, and not too long.
+function nameOf(typed: string): string {
+    const encoder = new TextEncoder();
+    let name = '', bytes = 0;
+    for (const character of typed.replace(/\p{Cc}/gu, '')) {
+        bytes += encoder.encode(character).length;
+        if (bytes > mostNameBytes) break;
+        name += character;
+    }
+    return name.trim();
+}
+
 export class LayerPanels {
     onSave: () => void = () => {};
     onOpen: (file: File) => void = () => {};
@@ -61,13 +75,37 @@ export class LayerPanels {
         const style: Place = {get: () => layer.kind.value as Message | undefined, make: () => layer.kind.value as Message};
         const whole: Place = {get: () => layer, make: () => layer};
         const rows = [messagePanel(kindField.message!, style, settings),
-                      messagePanel(LayerSchema, whole, {...settings, skip: ['transform']})];
+                      messagePanel(LayerSchema, whole, {...settings, skip: ['transform', 'hidden']})];
         if (manifest?.particles && columnsOf(manifest).length > 0) rows.push(this.colorBy(layer, settings));
-        const name = layer.dataset.slice(layer.dataset.indexOf('/') + 1);
+        const dataset = layer.dataset.slice(layer.dataset.indexOf('/') + 1);
+        const name = layer.name || dataset;
         const remove = this.model.view.layers.length > 1
             && iconButton('close', `Remove ${name}`, () => this.model.remove(index));
-        return h('section', {class: 'section', 'aria-label': name}, h('h2', {}, h('span', {}, name), remove),
-                 this.kind(layer, manifest), ...rows);
+        return h('section', {class: 'section', 'aria-label': name},
+                 h('h2', {}, h('span', {title: layer.dataset}, name), this.eye(layer, name), remove),
+                 this.name(layer, dataset), this.kind(layer, manifest), ...rows);
+    }
+
+    /// Whether the layer is drawn.
+    private eye(layer: Layer, name: string): HTMLElement {
+        const button = iconButton('eye', `Show ${name}`, () => {
+            layer.hidden = !layer.hidden;
+            button.setAttribute('aria-pressed', String(!layer.hidden));
+            this.model.wanted();
+        }, {'aria-pressed': !layer.hidden});
+        return button;
+    }
+
+    /// What people call it.
+    private name(layer: Layer, dataset: string): HTMLElement {
+        const id = `layer-name-${this.model.view.layers.indexOf(layer)}`;
+        const input = h('input', {type: 'text', id, value: layer.name, placeholder: dataset});
+        input.addEventListener('change', () => {
+            layer.name = nameOf(input.value);
+            this.model.wanted();
+            this.model.onLayers();
+        });
+        return h('div', {class: 'row'}, h('label', {for: id}, 'Name'), input);
     }
 
     private kind(layer: Layer, manifest: Manifest | undefined): HTMLElement | undefined {
