@@ -213,7 +213,7 @@ void Viewer::takeInput(const PictureArea& area) {
                       ImGui::IsMouseDown(ImGuiMouseButton_Middle);
     moving_ = held && !io.WantCaptureMouse;
     PanelActions gesture;
-    if (numbers_.takeMouse(model(), area, gesture)) {
+    if (numbers_.takeMouse(model(), shownManifest(), area, gesture)) {
         pane().dirty |= gesture.viewChanged;
         moving_ = false;
         return;

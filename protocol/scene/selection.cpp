@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/quantity/plot_axes.h"
 #include "protocol/quantity/quantity.h"
 #include "protocol/scene/check.h"
 #include "protocol/scene/write_fields.h"
@@ -27,18 +28,19 @@ bool isNumber(const google::protobuf::Value& value) {
     return value.kind_case() == google::protobuf::Value::kNumberValue;
 }
 
-/// The field is named only where there is something to say of it: lists are long.
-Result<glm::dvec2> parsePoint(const google::protobuf::ListValue& pair, int index, double limit) {
+/// Two numbers of the list `field`. That is named only where there is something to say of it: lists are long.
+Result<glm::dvec2> parsePair(const google::protobuf::ListValue& pair, std::string_view field, int index,
+                             double limit) {
     if (pair.values_size() != 2 || !isNumber(pair.values(0)) || !isNumber(pair.values(1)))
-        return invalid(fmt::format("points[{}]", index), "two numbers are needed");
-    glm::dvec2 point(0.0);
-    for (int axis = 0; axis < 2; ++axis) {
-        const double value = pair.values(axis).number_value();
+        return invalid(fmt::format("{}[{}]", field, index), "two numbers are needed");
+    glm::dvec2 numbers(0.0);
+    for (int i = 0; i < 2; ++i) {
+        const double value = pair.values(i).number_value();
         if (!(value >= -limit && value <= limit))
-            return checkRange(value, -limit, limit, fmt::format("points[{}][{}]", index, axis)).error();
-        point[axis] = value;
+            return checkRange(value, -limit, limit, fmt::format("{}[{}][{}]", field, index, i)).error();
+        numbers[i] = value;
     }
-    return point;
+    return numbers;
 }
 
 Result<std::vector<glm::dvec2>> parsePoints(const PointListMessage& points, std::size_t least,
@@ -49,23 +51,26 @@ Result<std::vector<glm::dvec2>> parsePoints(const PointListMessage& points, std:
     std::vector<glm::dvec2> result;
     result.reserve(count);
     for (int i = 0; i < points.size(); ++i) {
-        MOTE_ASSIGN_OR_RETURN(const auto point, parsePoint(points[i], i, limit));
+        MOTE_ASSIGN_OR_RETURN(const auto point, parsePair(points[i], "points", i, limit));
         result.push_back(point);
     }
     return result;
 }
 
+void writePair(double first, double second, PointListMessage* message) {
+    auto& pair = *message->Add();
+    pair.add_values()->set_number_value(first);
+    pair.add_values()->set_number_value(second);
+}
+
 void writePoints(std::span<const glm::dvec2> points, PointListMessage* message) {
     message->Reserve(static_cast<int>(points.size()));
-    for (const auto& point : points) {
-        auto& pair = *message->Add();
-        pair.add_values()->set_number_value(point.x);
-        pair.add_values()->set_number_value(point.y);
-    }
+    for (const auto& point : points) writePair(point.x, point.y, message);
 }
 
 constexpr double largestCorner = 1e30;    // of a corner: products of two stay far from overflow
 constexpr double farthest = 1e6;          // of a lasso's corner, pictures
+constexpr double farthestBound = 1e300;   // of a plot's axis: its length stays finite
 constexpr double thinnest = 1.0 / 16384;  // picture, width over height
 
 Status checkBound(double value, std::string_view field) {
@@ -116,6 +121,27 @@ Result<Selection::Polygon> parsePolygon(const proto::Selection::Polygon& message
     return polygon;
 }
 
+/// The plot in which a lasso was drawn; none where it says none.
+Result<std::vector<Selection::PlotAxis>> parsePlot(const proto::Selection::Lasso& message) {
+    std::vector<Selection::PlotAxis> plot;
+    if (message.axes().empty() && message.bounds().empty()) return plot;
+    const auto three = [](int count, const char* field) -> Status {
+        if (count == axesOfPlot) return success();
+        return invalid(field, fmt::format("a plot has {}, not {}", axesOfPlot, count));
+    };
+    MOTE_RETURN_IF_ERROR(three(message.axes_size(), "axes"));
+    MOTE_RETURN_IF_ERROR(three(message.bounds_size(), "bounds"));
+    for (int i = 0; i < axesOfPlot; ++i) {
+        auto column = checkColumnName(message.axes(i), fmt::format("axes[{}]", i));
+        MOTE_RETURN_IF_ERROR(column);
+        MOTE_ASSIGN_OR_RETURN(const auto ends, parsePair(message.bounds(i), "bounds", i, farthestBound));
+        if (!(ends.x < ends.y))
+            return invalid(fmt::format("bounds[{}]", i), "the second value must be the greater one");
+        plot.push_back({*std::move(column), ends.x, ends.y});
+    }
+    return plot;
+}
+
 Result<Selection::Lasso> parseLasso(const proto::Selection::Lasso& message) {
     Selection::Lasso lasso;
     if (!message.has_camera()) return invalid("camera", "a lasso needs the camera of its picture");
@@ -126,6 +152,7 @@ Result<Selection::Lasso> parseLasso(const proto::Selection::Lasso& message) {
     MOTE_ASSIGN_OR_RETURN(lasso.transform, parseTransform(message.transform(), mostPlaceScale));
     MOTE_ASSIGN_OR_RETURN(lasso.points,
                           parsePoints(message.points(), 3, Selection::maxPolygonPoints, farthest));
+    MOTE_ASSIGN_OR_RETURN(lasso.plot, parsePlot(message));
     if (!message.has_clip()) return lasso;
     auto clip = parseClip(message.clip());
     MOTE_RETURN_IF_ERROR(clip, "clip");
@@ -352,6 +379,10 @@ void write(const Selection::Lasso& lasso, proto::Selection::Lasso& message) {
     writeTransform(lasso.transform, message.mutable_transform());
     writePoints(lasso.points, message.mutable_points());
     if (lasso.clip) *message.mutable_clip() = *lasso.clip;
+    for (const auto& axis : lasso.plot) {
+        message.add_axes(axis.column);
+        writePair(axis.min, axis.max, message.mutable_bounds());
+    }
 }
 
 void write(const Selection& selection, proto::Selection& message) {

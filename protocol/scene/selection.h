@@ -38,12 +38,19 @@ struct Selection {
         std::vector<glm::dvec2> points;  ///< at least 3; even-odd, closed
         bool operator==(const Polygon&) const = default;
     };
+    /// One of the axes of a plot, as the plot places particles by it.
+    struct PlotAxis {
+        std::string column;           ///< or a derived quantity
+        double min = 0.0, max = 0.0;  ///< its values at -1 and at 1, ascending
+        bool operator==(const PlotAxis&) const = default;
+    };
     struct Lasso {
         Camera camera;
         double aspect = 1.0;             ///< width over height of the picture
         glm::dmat4 transform{1.0};       ///< layer space to world space
         std::vector<glm::dvec2> points;  ///< at least 3; parts of the picture's width and height, y down
         std::optional<proto::Clip> clip = {};  ///< checked: what it cuts away is not surrounded
+        std::vector<PlotAxis> plot = {};       ///< in which it was drawn, x, y, z; none: that of who is asked
         bool operator==(const Lasso&) const = default;
     };
     struct Density {

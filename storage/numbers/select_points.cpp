@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/quantity/plot_axes.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/selection.h"
 #include "storage/beam/quantity_reader.h"
@@ -222,7 +223,7 @@ class PointCondition {
     /// A thread's memory.
     struct Scratch {
         QuantityReader::Scratch reader;
-        std::vector<double> first, second;
+        std::array<std::vector<double>, axesOfPlot> values;  ///< of quantities
     };
 
     virtual ~PointCondition() = default;
@@ -276,6 +277,19 @@ class StoredRange final : public PointCondition {
     const FloatRange range_;
 };
 
+/// Reads up to three quantities of a block.
+std::array<std::span<double>, axesOfPlot> readBlock(const QuantityReader& reader, PointRange block,
+                                                    Scratch& scratch) {
+    std::array<std::span<double>, axesOfPlot> out;
+    for (std::size_t i = 0; i < reader.size(); ++i) {
+        scratch.values[i].resize(blockPoints);
+        out[i] = std::span(scratch.values[i]).first(static_cast<std::size_t>(block.count));
+    }
+    reader.read(block.begin, static_cast<std::size_t>(block.count), scratch.reader,
+                std::span(out).first(reader.size()));
+    return out;
+}
+
 /// One or two quantities and what they must be.
 template <class Test>
 class OfQuantities final : public PointCondition {
@@ -283,12 +297,9 @@ class OfQuantities final : public PointCondition {
     OfQuantities(QuantityReader reader, Test test) : reader_(std::move(reader)), test_(std::move(test)) {}
 
     void keep(PointRange block, Words words, Scratch& scratch) const override {
-        const auto count = static_cast<std::size_t>(block.count);
-        scratch.first.resize(blockPoints);
-        scratch.second.resize(blockPoints);
-        const std::array out{std::span(scratch.first).first(count), std::span(scratch.second).first(count)};
-        reader_.read(block.begin, count, scratch.reader, std::span(out).first(reader_.size()));
-        keepWhere(words, [&](std::size_t i) { return test_(out[0][i], out[1][i]); });
+        const auto out = readBlock(reader_, block, scratch);
+        const auto& second = out[reader_.size() - 1];
+        keepWhere(words, [&](std::size_t i) { return test_(out[0][i], second[i]); });
     }
 
   private:
@@ -317,13 +328,28 @@ class InPoints final : public PointCondition {
     const PointRange range_;
 };
 
-class InLasso final : public PointCondition {
+/// What a lasso surrounds of its plot, layer space.
+class LassoSpace {
   public:
-    InLasso(const Selection::Lasso& lasso, const ParticleStep& step)
-        : walk_(step),
-          map_(lasso.camera, lasso.aspect, lasso.transform),
+    explicit LassoSpace(const Selection::Lasso& lasso)
+        : map_(lasso.camera, lasso.aspect, lasso.transform),
           index_(lasso.points),
           clips_(lasso.clip ? halfSpacesOf(*lasso.clip) : HalfSpaces()) {}
+
+    bool contains(const glm::dvec3& place) const {
+        const auto seen = map_(place);
+        return index_.contains(seen.x, seen.y) && inAll(clips_, place);
+    }
+
+  private:
+    const PictureMap map_;
+    const PolygonIndex index_;
+    const HalfSpaces clips_;
+};
+
+class InLasso final : public PointCondition {
+  public:
+    InLasso(const Selection::Lasso& lasso, const ParticleStep& step) : walk_(step), space_(lasso) {}
 
     void keep(PointRange block, Words words, Scratch&) const override {
         const auto& leaves = walk_.leaves();
@@ -334,17 +360,43 @@ class InLasso final : public PointCondition {
         keepWhere(words, [&](std::size_t i) {
             for (; block.begin + i >= end; end = leaves.pointBegin[leaf] + leaves.pointCount[leaf])
                 cell = walk_.cell(++leaf);
-            const auto place = cell.at(positions[i]);
-            const auto seen = map_(place);
-            return index_.contains(seen.x, seen.y) && inAll(clips_, place);
+            return space_.contains(cell.at(positions[i]));
         });
     }
 
   private:
     const LeafWalk walk_;
-    const PictureMap map_;
-    const PolygonIndex index_;
-    const HalfSpaces clips_;
+    const LassoSpace space_;
+};
+
+/// A lasso that says its plot: particles are placed by the quantities of its axes.
+class InPlotOfLasso final : public PointCondition {
+  public:
+    InPlotOfLasso(const Selection::Lasso& lasso, QuantityReader reader)
+        : reader_(std::move(reader)), plot_(lasso.plot), space_(lasso) {}
+
+    void keep(PointRange block, Words words, Scratch& scratch) const override {
+        const auto out = readBlock(reader_, block, scratch);
+        keepWhere(words, [&](std::size_t i) {
+            glm::dvec3 place(0.0);
+            for (std::size_t axis = 0; axis < plot_.size(); ++axis) {
+                const auto& [column, min, max] = plot_[axis];
+                const double at = (out[axis][i] - min) / (max - min);
+                // The plot shows nothing beyond; its outermost particles are held in floats. No number is
+                // NaN.
+                if (!(at >= -rounding && at <= 1.0 + rounding)) return false;
+                place[static_cast<int>(axis)] = 2.0 * at - 1.0;
+            }
+            return space_.contains(place);
+        });
+    }
+
+  private:
+    static constexpr double rounding = 1e-6;  // of the plot's edge
+
+    const QuantityReader reader_;
+    const std::vector<Selection::PlotAxis> plot_;
+    const LassoSpace space_;
 };
 
 class InMask final : public PointCondition {
@@ -457,6 +509,14 @@ std::unique_ptr<const PointCondition> densityCondition(const Selection::Density&
                    : leaves.pointBegin[static_cast<std::size_t>(leaf - leaves.density.begin())];
     };
     return std::make_unique<const InPoints>(PointRange{beginOf(first), beginOf(last) - beginOf(first)});
+}
+
+/// Of a lasso that says its plot.
+MadeCondition lassoByColumns(const Selection::Lasso& lasso, const StepNumbers& step) {
+    std::array<std::string, axesOfPlot> names;
+    std::ranges::transform(lasso.plot, names.begin(), &Selection::PlotAxis::column);
+    MOTE_ASSIGN_OR_RETURN(auto reader, readerOf(step, names, "axes"));
+    return MadeCondition(std::make_unique<const InPlotOfLasso>(lasso, std::move(reader)));
 }
 
 std::unique_ptr<const PointCondition> lassoCondition(const Selection::Lasso& lasso,
@@ -575,8 +635,12 @@ class Selector {
         }
         if (selection.outermost)
             MOTE_RETURN_IF_ERROR(add(outermost(*selection.outermost, step)), "outermost");
-        if (selection.lasso && step.points->pointCount() > 0)
+        if (selection.lasso && !selection.lasso->plot.empty()) {
+            MOTE_RETURN_IF_ERROR(needColumns(step, false), "lasso");
+            MOTE_RETURN_IF_ERROR(add(lassoByColumns(*selection.lasso, step)), "lasso");
+        } else if (selection.lasso && step.points->pointCount() > 0) {
             parts.push_back(lassoCondition(*selection.lasso, *step.points));
+        }
         return success();
     }
 

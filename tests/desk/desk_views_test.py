@@ -39,7 +39,8 @@ class Views(DeskCase):
             shutil.copytree(data() / f"{name}.mote", runs / f"{name}.mote")
         run = cls.folder / "short.h5"
         for words in (["synth", "beam", "--particles", 5000, "--steps", 3, "--seed", 2, "--out", run],
-                      ["particles", run, "--axes", "x,px,y", "--out", runs / "short.mote"]):
+                      ["particles", run, "--axes", "x,px,y", "--out", runs / "short.mote"],
+                      ["particles", run, "--axes", "z,pz,x", "--out", runs / "along.mote"]):
             subprocess.run([hand.BIN / "mote-prep", *map(str, words)], check=True, stdout=subprocess.DEVNULL,
                            stderr=subprocess.DEVNULL)
         cls.server = hand.Server(cls.folder, runs)
@@ -128,6 +129,29 @@ class Views(DeskCase):
         viewer.key("Escape")
         viewer.key("ctrl+z")  # one step
         self.panes_show(viewer, lambda panes: not any("selections" in view for view in panes))
+
+    def test_87_a_lasso_shows_in_plots_of_other_axes(self):
+        viewer = self.views(2)
+        for place, name in ((LEFT, "short"), (RIGHT, "along")):
+            viewer.click(*place)
+            viewer.key("d")
+            viewer.press(f"data/{name}", within=self.LIST)
+        self.panes_show(viewer, lambda panes: [view["layers"][0]["dataset"] for view in panes] == ["data/short", "data/along"])
+        viewer.click(*LEFT)
+        viewer.key("l")
+        viewer.see("Lasso: draw a line", within=(0, 0, 470, 40))
+        viewer.move(LEFT[0], LEFT[1] - 60)
+        viewer.display.button(1, True)
+        for angle in numpy.linspace(0, 2 * math.pi, 20):
+            viewer.move(LEFT[0] + 50 * math.sin(angle), LEFT[1] - 60 * math.cos(angle))
+            time.sleep(0.03)
+        viewer.display.button(1, False)
+        panes = self.panes_show(viewer, lambda panes: all("selections" in view for view in panes))
+        self.assertEqual(panes[0]["selections"], panes[1]["selections"])
+        self.assertEqual(panes[1]["selections"][0]["selection"]["lasso"]["axes"], ["x", "px", "y"])
+        lit = lambda index: (lambda p: ((p[..., 1] > 140) & (p[..., 1] > p[..., 0] + 60)).sum())(
+            pane(viewer.picture().astype(int), index, 2)[:560])
+        viewer.until(lambda: lit(0) > 100 and lit(1) > 100, "the selection in both")
 
     def test_75_cameras_go_together_on_request(self):
         viewer = self.views(4)

@@ -43,8 +43,18 @@ std::string hybridView(const std::string& representation) {
            "[{'normal': [1, 0, 0], 'distance': 20}], 'light': {'direction': [1, 0, 0], 'specular': 0.4}}}]}";
 }
 
+/// A layer of what a lasso surrounds that was drawn in another plot.
+std::string lassoed(const std::string& layer) {
+    return "{'select': {'lasso': {'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0]}, 'aspect': 1.5, "
+           "'points': "
+           "[[0.3, 0.3], [0.6, 0.3], [0.5, 0.8]], 'axes': ['x', 'r', 'z'], 'bounds': [[-0.01, 0.01], [0, "
+           "0.02], "
+           "[-0.1, 0.1]]}}, " +
+           layer.substr(1);
+}
+
 /// Points alone, discs alone, points and volume, two layers, without perspective, from within; hybrid
-/// volumes.
+/// volumes; a hidden layer and what a lasso holds.
 std::string allKinds() {
     const std::string far = "{'eye': [2, 1, 3], 'target': [0, 0, 0], 'up': [0, 1, 0]}";
     const std::string near = "{'eye': [0.2, 0.1, 0.6], 'target': [0, 0, 0], 'up': [0, 1, 0]}";
@@ -60,10 +70,12 @@ std::string allKinds() {
     const std::string mixed =
         "{'volume': {'curve': [{'density': 0.4, 'opacity': 0}, {'density': 0.8, 'opacity': 0.3}]}, "
         "'points': {'linked': false, 'curve': [{'density': 0, 'fraction': 1}], 'opacity': 0.6}}";
-    return scriptOf({viewOf(far, {layerOf(0, points)}), viewOf(far, {layerOf(0, discs)}),
-                     viewOf(far, {layerOf(0, mixed)}), viewOf(far, {layerOf(0, mixed), layerOf(1, discs)}),
-                     viewOf(flat, {layerOf(1, mixed)}), viewOf(near, {layerOf(0, mixed)}),
-                     hybridView("residual"), hybridView("points")});
+    return scriptOf(
+        {viewOf(far, {layerOf(0, points)}), viewOf(far, {layerOf(0, discs)}),
+         viewOf(far, {layerOf(0, mixed)}), viewOf(far, {layerOf(0, mixed), layerOf(1, discs)}),
+         viewOf(flat, {layerOf(1, mixed)}), viewOf(near, {layerOf(0, mixed)}), hybridView("residual"),
+         hybridView("points"),
+         viewOf(far, {"{'hidden': true, " + layerOf(1, discs).substr(1), lassoed(layerOf(0, mixed))})});
 }
 
 std::vector<Image> picturesOf(Station& station) {
@@ -107,7 +119,7 @@ TEST_P(RanksPictures, AreThoseOfOneProcess) {
     alone.startServer();
     together.startRanks(GetParam());
     const auto expected = picturesOf(alone), actual = picturesOf(together);
-    ASSERT_EQ(expected.size(), 8u);
+    ASSERT_EQ(expected.size(), 9u);
     ASSERT_EQ(actual.size(), expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) {
         // Sums in another order: ranked_device_test.cpp says why they are one step apart at most.

@@ -30,6 +30,17 @@ Selection::Polygon anyPolygonOf(Random& random, const SelectionShape& shape) {
             anyPolygon(random, {first.low, second->low}, {first.high, second->high}, shape.mostPoints)};
 }
 
+/// A plot of other axes, which shows most of each column, and more or less than all of it.
+std::vector<Selection::PlotAxis> anyPlot(Random& random, const SelectionShape& shape) {
+    std::vector<Selection::PlotAxis> plot;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto& column = anyColumn(random, shape);
+        const double margin = random.between(-0.2, 0.2) * (column.high - column.low);
+        plot.push_back({column.name, column.low - margin, column.high + margin});
+    }
+    return plot;
+}
+
 Selection::Lasso anyLasso(Random& random, const SelectionShape& shape) {
     Selection::Lasso lasso;
     lasso.camera.eye = random.between(0.5, 5.0) * random.direction();
@@ -45,6 +56,7 @@ Selection::Lasso anyLasso(Random& random, const SelectionShape& shape) {
     lasso.points = anyPolygon(random, {-0.2, -0.2}, {1.2, 1.2}, shape.mostPoints);
     // Of a layer that is cut. By numbers of its own: all else stays as it would be.
     Random own(static_cast<std::uint64_t>(1e9 * std::abs(lasso.camera.eye.x)), 11);
+    if (shape.columns.size() > 1 && own.chance(0.3)) lasso.plot = anyPlot(own, shape);
     if (!own.chance(0.3)) return lasso;
     proto::Clip clip;
     auto& plane = *clip.add_planes();

@@ -160,10 +160,20 @@ def ids(values: Any) -> Selection:
     return Selection({"ids": sorted(values) if isinstance(values, Set) else arguments.items(values, "ids")})
 
 
-def lasso(camera: Mapping[str, Any], aspect: float, points: Any,
-          transform: Optional[Sequence[float]] = None) -> Selection:
-    """What a closed line on a picture surrounds, however deep; points as parts of its width and height (N x 2)."""
+def lasso(camera: Mapping[str, Any], aspect: float, points: Any, transform: Optional[Sequence[float]] = None, *,
+          plot: Optional[Mapping[str, Sequence[float]]] = None) -> Selection:
+    """What a closed line on a picture surrounds, however deep; points as parts of its width and height (N x 2).
+
+    Args:
+        transform: of the layer, 4 x 4, row by row, layer to world.
+        plot: in which it was drawn: {"x": (min, max), "px": (min, max), "y": (min, max)}, so that it holds the same
+            particles in all plots of the run; default: that of the dataset that is asked.
+    """
     parts = {"camera": dict(camera), "aspect": aspect, "points": arguments.items(points, "points")}
     if transform is not None:
         parts["transform"] = arguments.matrix(transform, "transform")
+    if plot is not None:
+        if not isinstance(plot, Mapping):
+            raise invalid("plot", f"is a dict of (min, max) by the names of three axes, not the {arguments.told(plot)}")
+        parts["axes"], parts["bounds"] = list(plot), [arguments.items(ends, "plot", "(min, max)") for ends in plot.values()]
     return Selection({"lasso": parts})

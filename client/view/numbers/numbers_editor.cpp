@@ -250,7 +250,8 @@ void NumbersEditor::ask(const ViewModel& model, bool histogram, bool whole, bool
     data_.want(wanted);
 }
 
-bool NumbersEditor::takeMouse(ViewModel& model, const PictureArea& area, PanelActions& actions) {
+bool NumbersEditor::takeMouse(ViewModel& model, const proto::Manifest* manifest, const PictureArea& area,
+                              PanelActions& actions) {
     if (model.kind() != proto::Layer::kParticles) return false;
     const ImGuiIO& io = ImGui::GetIO();
     PictureTool::Mouse mouse{area.partAt(io.MousePos.x, io.MousePos.y),
@@ -265,9 +266,10 @@ bool NumbersEditor::takeMouse(ViewModel& model, const PictureArea& area, PanelAc
     if (!done.lasso.empty()) {
         const auto view = model.view(area.columns, area.rows);
         const double aspect = area.aspect();
-        takeGesture(model,
-                    lassoOn(model.camera(aspect), aspect, model.layer(), model.layerToWorld(), done.lasso),
-                    "lasso", actions);
+        auto gesture = lassoOn(model.camera(aspect), aspect, model.layer(), model.layerToWorld(), done.lasso);
+        if (manifest != nullptr)
+            sayPlot(manifest->particles(), model.step(), controls_.follow && ids_, *gesture.mutable_lasso());
+        takeGesture(model, gesture, "lasso", actions);
         open = true;
     }
     if (done.pick) {

@@ -59,7 +59,8 @@ class NumbersEditor {
     void drawOver(ViewModel& model, const proto::Manifest* manifest, const PictureArea& area,
                   PanelActions& actions, bool moving);
     /// True if the mouse is a tool's and not the camera's.
-    bool takeMouse(ViewModel& model, const PictureArea& area, PanelActions& actions);
+    bool takeMouse(ViewModel& model, const proto::Manifest* manifest, const PictureArea& area,
+                   PanelActions& actions);
 
     void forget() { data_.forget(); }
     PictureTool& tool() { return controls_.tool; }

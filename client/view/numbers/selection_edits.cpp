@@ -8,6 +8,9 @@
 #include <functional>
 #include <utility>
 
+#include "protocol/quantity/manifest_columns.h"
+#include "protocol/quantity/plot_axes.h"
+#include "protocol/quantity/quantity.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote::client {
@@ -15,12 +18,13 @@ namespace {
 
 using PointMessages = google::protobuf::RepeatedPtrField<google::protobuf::ListValue>;
 
+void assignPair(google::protobuf::ListValue& pair, double first, double second) {
+    pair.add_values()->set_number_value(first);
+    pair.add_values()->set_number_value(second);
+}
+
 void assignPoints(PointMessages& message, std::span<const glm::dvec2> points) {
-    for (const auto& point : points) {
-        auto& pair = *message.Add();
-        pair.add_values()->set_number_value(point.x);
-        pair.add_values()->set_number_value(point.y);
-    }
+    for (const auto& point : points) assignPair(*message.Add(), point.x, point.y);
 }
 
 /// Visits a selection, all that it holds and all that it names. What is not valid may name itself: each name
@@ -116,6 +120,23 @@ proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer
     return selection;
 }
 
+void sayPlot(const proto::ParticlesManifest& plot, std::uint32_t step, bool madeHere,
+             proto::Selection::Lasso& lasso) {
+    if (plot.axes_size() < axesOfPlot) return;
+    const auto run = mote::columnsOf(plot);
+    proto::Selection::Lasso said;
+    for (int i = 0; i < axesOfPlot; ++i) {
+        const auto& axis = axisOf(plot, i, step);
+        const auto& common = plot.axes(i);
+        const bool own = axis.min() != common.min() || axis.max() != common.max();
+        if ((own && !madeHere) || !mote::Quantity::make(axis.name(), run).ok()) return;
+        said.add_axes(axis.name());
+        assignPair(*said.add_bounds(), axis.min(), axis.max());
+    }
+    *lasso.mutable_axes() = said.axes();
+    *lasso.mutable_bounds() = said.bounds();
+}
+
 proto::Selection polygonIn(const std::string& first, const std::string& second,
                            std::span<const glm::dvec2> points) {
     proto::Selection selection;
@@ -183,6 +204,7 @@ std::set<std::string> columnsIn(const proto::Selection& selection, const NamedSe
     visit(selection, named, followed, [&](const proto::Selection& part) {
         for (const auto& range : part.ranges()) columns.insert(range.column());
         columns.insert(part.polygon().columns().begin(), part.polygon().columns().end());
+        columns.insert(part.lasso().axes().begin(), part.lasso().axes().end());
     });
     return columns;
 }
@@ -190,8 +212,9 @@ std::set<std::string> columnsIn(const proto::Selection& selection, const NamedSe
 bool dependsOnPlot(const proto::Selection& selection, const NamedSelectionMessages& named) {
     bool depends = false;
     std::set<std::string> followed;
-    visit(selection, named, followed,
-          [&](const proto::Selection& part) { depends |= part.has_lasso() || part.has_density(); });
+    visit(selection, named, followed, [&](const proto::Selection& part) {
+        depends |= part.has_density() || (part.has_lasso() && part.lasso().axes().empty());
+    });
     return depends;
 }
 

@@ -31,6 +31,11 @@ enum class Combine {
 /// how the particles are cut, `layerToWorld` where they lie.
 proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer& layer,
                          const glm::dmat4& layerToWorld, std::span<const glm::dvec2> points);
+/// Says in which plot a lasso was drawn, at a step, so that it holds the same particles in all plots of the
+/// run. It says nothing where the plot has no columns for its axes; nor where each step has bounds of its own
+/// and the lasso is not of the particles of this step (`madeHere`): then it stays where it is on the screen.
+void sayPlot(const proto::ParticlesManifest& plot, std::uint32_t step, bool madeHere,
+             proto::Selection::Lasso& lasso);
 /// What lies in a polygon in the plane of two columns.
 proto::Selection polygonIn(const std::string& first, const std::string& second,
                            std::span<const glm::dvec2> points);
@@ -53,7 +58,8 @@ void renameIn(proto::Selection& selection, const std::string& from, const std::s
 
 /// Columns and derived quantities that it asks for, by what it names too.
 std::set<std::string> columnsIn(const proto::Selection& selection, const NamedSelectionMessages& named);
-/// Tells whether it means something else in another plot of the same run: it has a lasso or a density.
+/// Tells whether it means something else in another plot of the same run: it has a density, or a lasso that
+/// does not say its plot.
 bool dependsOnPlot(const proto::Selection& selection, const NamedSelectionMessages& named);
 
 /// The corners of a polygon or lasso; those that are no two numbers are left out.

@@ -89,6 +89,23 @@ Chosen inLasso(const Selection::Lasso& lasso, const glm::dvec3& place) {
     return sure(inside);
 }
 
+/// Where the plot of a lasso shows each particle, layer space; NaN where it shows none.
+std::vector<glm::dvec3> placesBy(const std::vector<Selection::PlotAxis>& plot, const MemoryRun& run,
+                                 std::uint32_t step) {
+    constexpr double rounding =
+        2e-6;  // docs/SELECTIONS.md: what lies within a millionth of the edge is shown
+    std::vector<glm::dvec3> all(run.at(step).points->pointCount());
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto& [column, min, max] = plot[static_cast<std::size_t>(axis)];
+        const auto values = plainQuantity(column, run, step);
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            all[i][axis] = (2.0 * values[i] - min - max) / (max - min);
+            if (std::abs(all[i][axis]) > 1.0 + rounding) all[i] = glm::dvec3(NAN);
+        }
+    }
+    return all;
+}
+
 /// The emittances, and the one from which on they are the share of the weight.
 All outermost(const Selection::Outermost& wanted, const MemoryRun& run, std::uint32_t step) {
     const std::string name(1, wanted.plane);
@@ -217,8 +234,11 @@ std::vector<Chosen> plainSelection(const Selection& selection, const MemoryRun& 
         both(all, [&](std::size_t i) { return sure(plainInside(selection.polygon->points, x[i], y[i])); });
     }
     if (selection.lasso) {
-        const auto where = places(*here.points);
-        both(all, [&](std::size_t i) { return inLasso(*selection.lasso, where[i]); });
+        const auto& lasso = *selection.lasso;
+        const auto where = lasso.plot.empty() ? places(*here.points) : placesBy(lasso.plot, run, step);
+        both(all, [&](std::size_t i) {
+            return std::isnan(where[i].x + where[i].y + where[i].z) ? Chosen::no : inLasso(lasso, where[i]);
+        });
     }
     if (selection.outermost) {
         const auto found = outermost(*selection.outermost, run, step);

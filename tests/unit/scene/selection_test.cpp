@@ -42,6 +42,13 @@ std::string refusalOf(const proto::Selection& message) {
     return parsed.error().toString();
 }
 
+/// A lasso that says its plot.
+std::string lassoIn(const std::string& axes, const std::string& bounds) {
+    return "{'lasso': {'camera': {'eye': [0, 0, 1], 'target': [0, 0, 0]}, 'aspect': 1, 'points': [[0, 0], "
+           "[1, 0], [0, 1]], 'axes': " +
+           axes + ", 'bounds': " + bounds + "}}";
+}
+
 TEST(Selection, ComesBackFromItsMessageAndFromAFile) {
     Random random(1);
     int lively = 0;
@@ -115,6 +122,18 @@ TEST(Selection, SaysWhichFieldIsWrong) {
          "lasso.aspect: 0 is not a number from 6.103515625e-05 to 16384"},
         {"{'lasso': {'camera': {'eye': [0, 0, 1], 'target': [0, 0, 0]}, 'aspect': 1.5, 'transform': [1]}}",
          "lasso.transform: 16 numbers are needed, not 1"},
+        {lassoIn("['x', 'px']", "[[0, 1], [0, 1], [0, 1]]"), "lasso.axes: a plot has 3, not 2"},
+        {lassoIn("['x', 'px', 'y']", "[[0, 1]]"), "lasso.bounds: a plot has 3, not 1"},
+        {lassoIn("[]", "[[0, 1], [0, 1], [0, 1]]"), "lasso.axes: a plot has 3, not 0"},
+        {lassoIn("['x', '', 'y']", "[[0, 1], [0, 1], [0, 1]]"),
+         "lasso.axes[1]: the name of a column is missing"},
+        {lassoIn("['x', 'px', 'y']", "[[0, 1], [0, 1], [1, 1]]"),
+         "lasso.bounds[2]: the second value must be the greater one"},
+        {lassoIn("['x', 'px', 'y']", "[[0, 1], [0], [0, 1]]"), "lasso.bounds[1]: two numbers are needed"},
+        {lassoIn("['x', 'px', 'y']", "[[0, 1], [0, 'a'], [0, 1]]"),
+         "lasso.bounds[1]: two numbers are needed"},
+        {lassoIn("['x', 'px', 'y']", "[[0, 1], [0, 1], [-1e301, 1]]"),
+         "lasso.bounds[2][0]: -1e+301 is not a number from -1e+300 to 1e+300"},
         {"{'outermost': {'plane': 'r', 'share': 0.5}}", "outermost.plane: there are \"x\", \"y\" and \"z\""},
         {"{'outermost': {'plane': 'z', 'share': 1.5}}", "outermost.share: 1.5 is not a number from 0 to 1"},
         {"{'all': [{}, {'any': [{'not': {'density': {'max': -1}}}]}]}",

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "client/view/numbers/numbers_model.h"
@@ -284,6 +285,32 @@ TEST(SelectionEdits, WhatAreShapesIsValidAndIsReadAsItWas) {
         EXPECT_EQ(parseSelection(message).value().polygon->points, corners);
         EXPECT_EQ(cornersOf(message.polygon().points()), corners);
     }
+}
+
+TEST(SelectionEdits, ALassoSaysItsPlotWhereColumnsTellIt) {
+    proto::ParticlesManifest plot;
+    for (const char* name : {"x", "px", "r"}) {
+        auto& axis = *plot.add_axes();
+        axis.set_name(name);
+        axis.set_max(2.0);
+    }
+    for (int step = 0; step < 2; ++step) plot.add_steps();
+    proto::Selection::Lasso lasso;
+    sayPlot(plot, 0, true, lasso);  // made without columns
+    EXPECT_TRUE(lasso.axes().empty());
+    for (const char* name : {"x", "y", "px"}) plot.add_columns()->set_name(name);
+    sayPlot(plot, 0, false, lasso);
+    EXPECT_THAT(lasso.axes(), testing::ElementsAre("x", "px", "r"));
+    ASSERT_EQ(lasso.bounds_size(), 3);
+    EXPECT_EQ(lasso.bounds(2).values(1).number_value(), 2.0);
+    // A step with bounds of its own.
+    for (const auto& axis : plot.axes()) *plot.mutable_steps(1)->add_axes() = axis;
+    plot.mutable_steps(1)->mutable_axes(0)->set_max(5.0);
+    proto::Selection::Lasso own;
+    sayPlot(plot, 1, false, own);
+    EXPECT_TRUE(own.axes().empty());
+    sayPlot(plot, 1, true, own);
+    EXPECT_EQ(own.bounds(0).values(1).number_value(), 5.0);
 }
 
 TEST(SelectionEdits, NamesAreFollowedAndReplaced) {

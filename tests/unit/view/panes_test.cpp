@@ -176,6 +176,22 @@ TEST_F(LinkedPanes, OfOneRunHighlightWhatColumnsTell) {
     EXPECT_THAT(namesOf(other), ElementsAre("halo", "late", "lasso"));
     EXPECT_THAT(namesOf(shorter), ElementsAre("halo"));
     EXPECT_EQ(highlightedOf(shorter), "");
+    // One that says its plot holds the same wherever its columns are.
+    for (const auto& [last, name] : {std::pair{"y", "round"}, {"pz", "long"}}) {
+        auto& said = *lasso.mutable_lasso();
+        said.clear_axes();
+        said.clear_bounds();
+        for (const char* axis : {"x", "px", last}) {
+            said.add_axes(axis);
+            auto& bounds = *said.add_bounds();
+            bounds.add_values()->set_number_value(-1e-3);
+            bounds.add_values()->set_number_value(1e-3);
+        }
+        ASSERT_TRUE(one.numbers.take(lasso, Combine::fresh, name).ok());
+        follow();
+    }
+    EXPECT_THAT(namesOf(other), ElementsAre("halo", "late", "lasso", "round", "long"));
+    EXPECT_THAT(namesOf(shorter), ElementsAre("halo", "round"));
 }
 
 TEST_F(LinkedPanes, HaveOneCameraOnRequest) {

@@ -4,7 +4,7 @@
 // others or alone, and the numbers beside are theirs.
 import {clone, create} from '@bufbuild/protobuf';
 import {h, icon, tell, trimmed} from './dom';
-import {HighlightSchema, SelectionSchema, type Layer, type ParticlesManifest, type Selection, type View} from
+import {HighlightSchema, SelectionSchema, type Axis, type Layer, type Manifest, type ParticlesManifest, type Selection, type View} from
     './generated/protocol/mote_pb';
 import type {Gestures, Point} from './gestures';
 import {columnsOf} from './layers';
@@ -12,13 +12,18 @@ import type {Model} from './model';
 
 const mostCorners = 400;
 
-/// From a step's box to metres, row by row, of a plot along x, y and z.
-function placeOf(plot: ParticlesManifest, step: number): number[] {
+/// The axes of a step with their bounds.
+function axesOf(plot: ParticlesManifest, step: number): Axis[] {
     const before = plot.axes.slice(3 * (1 + step), 3 * (2 + step));  // where they stood before a step had its own
     const own = plot.steps[step]?.axes ?? [];
+    return own.length === 3 ? own : before.length === 3 ? before : plot.axes.slice(0, 3);
+}
+
+/// From a step's box to metres, row by row, of a plot along x, y and z.
+function placeOf(plot: ParticlesManifest, step: number): number[] {
     const place = new Array<number>(16).fill(0);
     place[15] = 1;
-    (own.length === 3 ? own : before.length === 3 ? before : plot.axes.slice(0, 3)).forEach((axis, i) => {
+    axesOf(plot, step).forEach((axis, i) => {
         const along = 'xyz'.indexOf(axis.name);
         place[4 * along + i] = (axis.max - axis.min) / 2;
         place[4 * along + 3] = (axis.max + axis.min) / 2;
@@ -38,6 +43,21 @@ function worldOf(view: View, layer: Layer, plot: ParticlesManifest | undefined):
         const sum = [0, 1, 2, 3].reduce((all, k) => all + own[4 * row + k]! * place[4 * k + column]!, 0);
         return sum * (view.stretch[row] ?? 1);
     });
+}
+
+const pair = (first: number, second: number) =>
+    ({values: [first, second].map((value) => ({kind: {case: 'numberValue' as const, value}}))});
+
+/// The plot in which a lasso is drawn, so that it holds the same particles in all plots of the run. Nothing where it has
+/// no columns for its axes; nor where each step has bounds of its own and the lasso is not of this step's particles:
+/// then it stays where it is on the screen.
+function plotOf(manifest: Manifest | undefined, step: number, madeHere: boolean) {
+    const plot = manifest?.particles;
+    if (!plot) return {};
+    const axes = axesOf(plot, step), columns = new Set(columnsOf(manifest));
+    const own = axes.some((axis, i) => axis.min !== plot.axes[i]!.min || axis.max !== plot.axes[i]!.max);
+    if (axes.length !== 3 || (own && !madeHere) || !axes.every((axis) => columns.has(axis.name))) return {};
+    return {axes: axes.map((axis) => axis.name), bounds: axes.map((axis) => pair(axis.min, axis.max))};
 }
 
 export class SelectionPanel {
@@ -148,12 +168,12 @@ export class SelectionPanel {
         if (points.length < 3 || !camera || !layer) return;
         const every = Math.ceil(points.length / mostCorners);
         const corners = points.filter((_, i) => i % every === 0);
+        const step = this.madeIn();
         this.show(create(SelectionSchema, {
-            step: this.madeIn(),
+            step,
             lasso: {camera, aspect: size.width / size.height, transform: worldOf(view, layer, manifest?.particles),
-                    points: corners.map((point) => ({
-                values: [point.x, point.y].map((value) => ({kind: {case: 'numberValue' as const, value}})),
-            }))},
+                    points: corners.map((point) => pair(point.x, point.y)),
+                    ...plotOf(manifest, layer.step, step !== undefined)},
         }), !!layer.select);
     }
 
