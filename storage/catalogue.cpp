@@ -53,7 +53,8 @@ bool isGone(int error) {
 }
 
 bool sameEntry(const Catalogue::Entry& a, const Catalogue::Entry& b) {
-    return a.name == b.name && a.directory == b.directory && a.manifest == b.manifest;
+    return a.name == b.name && a.directory == b.directory && a.manifest == b.manifest &&
+           a.manifestWritten == b.manifestWritten;
 }
 
 }  // namespace
@@ -137,7 +138,8 @@ void Catalogue::addDataset(const PathBeneath& directory, std::string name, Walk&
     }
     const auto& cached = walk.cache.insert_or_assign(directory.path(), known->second).first->second;
     if (!cached.manifest.ok()) return walk.fail(cached.manifest.error());
-    walk.entries.push_back({std::move(name), directory, *cached.manifest});
+    walk.entries.push_back({std::move(name), directory, *cached.manifest, stamp.size,
+                            1000 * stamp.seconds + stamp.nanoseconds / 1'000'000});
 }
 
 const Catalogue::Entry* Catalogue::find(std::string_view name) const {
@@ -160,6 +162,10 @@ proto::Catalogue Catalogue::summary() const {
         for (const auto& step : entry.manifest->particles().steps()) most = std::max(most, step.particles());
         dataset.set_particles(most);
         dataset.set_live(entry.manifest->particles().live());
+        std::uint64_t bytes = entry.manifestBytes;
+        for (const auto& file : entry.manifest->files()) bytes += file.size();
+        dataset.set_bytes(bytes);
+        dataset.set_prepared_ms(entry.manifestWritten);
     }
     return message;
 }

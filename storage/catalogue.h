@@ -27,6 +27,8 @@ class Catalogue {
         std::string name;       ///< "ROOT/NAME" or "ROOT/FOLDER/NAME", without ".mote"
         PathBeneath directory;  ///< the root's folder, absolute, is its top
         std::shared_ptr<const proto::Manifest> manifest;
+        std::uint64_t manifestBytes = 0;   ///< of its file
+        std::int64_t manifestWritten = 0;  ///< when that was written, Unix time in ms
     };
 
     static constexpr int maxDepth = 8;  ///< folders below a root
@@ -49,8 +51,8 @@ class Catalogue {
     const std::vector<Error>& errors() const { return errors_; }
     const Roots& roots() const { return roots_; }
 
-    /// The entries as a message: name, kind, title, steps, particles of the largest step, and
-    /// whether more steps may come.
+    /// The entries as a message: name, kind, title, steps, particles of the largest step, whether more steps
+    /// may come, the size of all files as the manifest tells it, and when that was written. Touches no file.
     proto::Catalogue summary() const;
 
   private:

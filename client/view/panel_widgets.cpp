@@ -43,7 +43,7 @@ bool section(const char* title) {
 
 std::string metric(double value, const char* unit) {
     const char* prefix = "";
-    for (const char* next : {"k", "M", "G"}) {
+    for (const char* next : {"k", "M", "G", "T"}) {
         if (value < 1000.0) break;
         value /= 1000.0;
         prefix = next;

@@ -131,6 +131,14 @@ await thing('a search shows what is called so', async () => {
     assert.deepEqual(await page.locator('.dataset .name').allTextContents(), ['beam']);
     await page.getByRole('searchbox').fill('');
 });
+await thing('datasets are sorted by their size', async () => {
+    const size = (name) => fs.readdirSync(path.join(data, `${name}.mote`)).reduce(
+        (sum, file) => sum + fs.statSync(path.join(data, `${name}.mote`, file)).size, 0);
+    await page.getByLabel('Sort by').selectOption('size, largest first');
+    const names = await page.locator('.dataset .name').allTextContents();
+    assert.deepEqual(names, ['ball', 'beam', 'box'].sort((one, other) => size(other) - size(one)));
+    await page.getByLabel('Sort by').selectOption('name');
+});
 await thing('a dataset is chosen and drawn exactly', async () => {
     await dataset('beam').click();
     await exact(page);
@@ -265,6 +273,23 @@ await thing('axes are written beside it', async () => {
     await stage.press('f');
     await exact(page);
     await changes(() => control('Axes').click());
+});
+await thing('an eye hides a layer, and shows it again', async () => {
+    const before = await picture(page);
+    const eye = page.getByRole('button', {name: 'Show beam'});
+    await changes(() => eye.click());
+    assert.equal(await eye.getAttribute('aria-pressed'), 'false');
+    await changes(() => eye.click());
+    assert.equal((await picture(page)).hash, before.hash);
+});
+await thing('a layer has a name', async () => {
+    const name = page.getByLabel('Name', {exact: true});
+    await name.fill('the core');
+    await name.press('Enter');
+    await page.getByRole('heading', {name: 'the core'}).waitFor();
+    await name.fill('');
+    await name.press('Enter');
+    await page.getByRole('heading', {name: 'beam'}).waitFor();
 });
 await thing('a second dataset is added, and removed', async () => {
     await changes(() => page.getByRole('button', {name: 'Add box to the picture'}).click());

@@ -6,6 +6,7 @@ import html
 import importlib
 import itertools
 import os
+import time
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from types import TracebackType
@@ -244,9 +245,21 @@ class Session:
     def _repr_html_(self) -> str:
         rows = "".join(
             f"<tr><td>{html.escape(entry.name)}</td><td>{html.escape(entry.kind)}</td><td>{entry.steps}</td>"
-            f"<td>{entry.particles:,}</td><td>{html.escape(entry.title)}</td></tr>" for entry in self.catalogue())
-        head = "".join(f"<th>{name}</th>" for name in ("dataset", "kind", "steps", "particles", "title"))
+            f"<td>{entry.particles:,}</td><td>{_size(entry.bytes)}</td><td>{_date(entry.prepared_ms)}</td>"
+            f"<td>{html.escape(entry.title)}</td></tr>" for entry in self.catalogue())
+        names = ("dataset", "kind", "steps", "particles", "size", "prepared", "title")
+        head = "".join(f"<th>{name}</th>" for name in names)
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _size(size: int) -> str:
+    """For people; nothing where a server does not tell it."""
+    return f"{size / 1e6:,.1f} MB" if size else ""
+
+
+def _date(unix_ms: int) -> str:
+    """By this machine's clock; nothing where a server does not tell it."""
+    return time.strftime("%Y-%m-%d %H:%M", time.localtime(unix_ms / 1000)) if unix_ms > 0 else ""
 
 
 def connect(file: Union[str, os.PathLike[str]], *, background: bool = False) -> Session:

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/datasets/dataset_browser.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
+#include <ctime>
 #include <numeric>
 #include <utility>
 
@@ -14,26 +16,38 @@
 namespace mote::client {
 namespace {
 
-constexpr float browserWidth = 860.0F, browserHeight = 560.0F, pictureWidth = 80.0F, pictureHeight = 45.0F;
+constexpr float browserWidth = 1060.0F, browserHeight = 560.0F, pictureWidth = 80.0F, pictureHeight = 45.0F;
 constexpr const char* browserTitles[] = {"Open a dataset", "Draw a dataset as well",
                                          "Let the layer draw another dataset"};
 
 /// Less than 0 where one comes before the other.
 int compareBy(DatasetIndex::Column column, const proto::Catalogue::Entry& one,
               const proto::Catalogue::Entry& other) {
-    const auto order = [](std::uint64_t a, std::uint64_t b) { return a < b ? -1 : a > b ? 1 : 0; };
+    const auto order = [](auto a, auto b) { return a < b ? -1 : a > b ? 1 : 0; };
     switch (column) {
         case DatasetIndex::Column::kind:
             return one.kind().compare(other.kind());
         case DatasetIndex::Column::steps:
             return order(one.steps(), other.steps());
-        case DatasetIndex::Column::size:
+        case DatasetIndex::Column::particles:
             return order(one.particles(), other.particles());
+        case DatasetIndex::Column::size:
+            return order(one.bytes(), other.bytes());
+        case DatasetIndex::Column::prepared:
+            return order(one.prepared_ms(), other.prepared_ms());
         case DatasetIndex::Column::title:
             return one.title().compare(other.title());
         default:
             return one.name().compare(other.name());
     }
+}
+
+/// "2026-11-28 14:05", by this machine's clock; empty where it is not known.
+std::string dateOf(std::int64_t unixMs) {
+    const std::time_t seconds = unixMs / 1000;
+    std::tm local{};
+    if (unixMs <= 0 || ::localtime_r(&seconds, &local) == nullptr) return {};
+    return fmt::format("{:%Y-%m-%d %H:%M}", local);
 }
 
 }  // namespace
@@ -114,7 +128,7 @@ void DatasetBrowser::drawList(float scale) {
     constexpr auto flags = ImGuiTableFlags_ScrollY | ImGuiTableFlags_Sortable | ImGuiTableFlags_RowBg |
                            ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_Resizable;
     const float below = ImGui::GetTextLineHeightWithSpacing();
-    if (!ImGui::BeginTable("list", 6, flags, {0.0F, -below})) return;
+    if (!ImGui::BeginTable("list", 8, flags, {0.0F, -below})) return;
     constexpr auto fixed = ImGuiTableColumnFlags_WidthFixed;
     const auto column = [&](const char* name, ImGuiTableColumnFlags flag, float width) {
         ImGui::TableSetupColumn(name, flag, width);
@@ -124,7 +138,9 @@ void DatasetBrowser::drawList(float scale) {
     column("name", ImGuiTableColumnFlags_WidthStretch | ImGuiTableColumnFlags_DefaultSort, 3.0F);
     column("kind", fixed, 70.0F * scale);
     column("steps", fixed, 75.0F * scale);
-    column("size", fixed, 95.0F * scale);
+    column("particles", fixed, 95.0F * scale);
+    column("size", fixed, 65.0F * scale);
+    column("prepared", fixed, 115.0F * scale);
     column("title", ImGuiTableColumnFlags_WidthStretch, 2.0F);
     ImGui::TableSetupScrollFreeze(0, 1);
     ImGui::TableHeadersRow();
@@ -188,7 +204,9 @@ void DatasetBrowser::drawRow(int row, float height) {
     cell(entry.kind());
     const char* more = entry.live() ? ", live" : "";
     cell(entry.steps() > 0 ? fmt::format("{}{}", entry.steps(), more) : "");
-    cell(entry.particles() > 0 ? metric(static_cast<double>(entry.particles()), "particles") : "");
+    cell(entry.particles() > 0 ? metric(static_cast<double>(entry.particles()), "") : "");
+    cell(entry.bytes() > 0 ? metric(static_cast<double>(entry.bytes()), "B") : "");
+    cell(dateOf(entry.prepared_ms()));
     cell(entry.title());
     ImGui::PopID();
 }

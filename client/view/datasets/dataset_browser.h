@@ -23,7 +23,7 @@ namespace mote::client {
 /// Finds datasets by words that their names, kinds and titles hold, and sorts them.
 class DatasetIndex {
   public:
-    enum class Column { picture, name, kind, steps, size, title };
+    enum class Column { picture, name, kind, steps, particles, size, prepared, title };
 
     void setCatalogue(const proto::Catalogue& catalogue);
     /// Places in the catalogue of those that hold all words, in order; the same question is answered at once.

@@ -272,6 +272,15 @@ TEST(Catalogue, ListsFindsAndNotices) {
     EXPECT_EQ(catalogue.find(""), nullptr);
     EXPECT_EQ(catalogue.summary().datasets(0).title(), "tiny");
     EXPECT_EQ(catalogue.summary().datasets(1).particles(), TinyDataset::points);
+    // All that lies in the folder but the manifest's own digest, and when the manifest was written.
+    const auto folder = dir / "plots" / "deep" / "a.mote";
+    std::uintmax_t bytes = 0;
+    for (const auto& file : fs::directory_iterator(folder))
+        bytes += file.path().filename() == manifestDigestName ? 0 : file.file_size();
+    EXPECT_EQ(catalogue.summary().datasets(1).bytes(), bytes);
+    struct stat status {};
+    ASSERT_EQ(::stat((folder / manifestName).c_str(), &status), 0);
+    EXPECT_EQ(catalogue.summary().datasets(1).prepared_ms() / 1000, status.st_mtim.tv_sec);
     // Nothing changed: the same manifests, not read again.
     const auto kept = entry->manifest;
     EXPECT_FALSE(catalogue.refresh());

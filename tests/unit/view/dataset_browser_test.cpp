@@ -24,6 +24,8 @@ proto::Catalogue catalogueOf(int count) {
         entry.set_kind(random.chance(0.5) ? "particles" : "hybrid");
         entry.set_steps(static_cast<std::uint32_t>(random.below(50)));
         entry.set_particles(random.below(1000000));
+        entry.set_bytes(random.below(1ULL << 40));
+        entry.set_prepared_ms(static_cast<std::int64_t>(random.below(1ULL << 41)));
         entry.set_title(random.chance(0.3) ? "Beam halo" : "Quadrupole");
     }
     return catalogue;
@@ -44,6 +46,19 @@ TEST(DatasetIndex, FindsWhatHoldsAllWordsInTheOrderOfAColumn) {
     EXPECT_EQ(std::set<int>(found.begin(), found.end()), wanted);
     for (std::size_t i = 1; i < found.size(); ++i)
         EXPECT_GE(catalogue.datasets(found[i - 1]).steps(), catalogue.datasets(found[i]).steps());
+    for (const bool descending : {false, true}) {
+        const auto ordered = [&](Column column, auto valueOf) {
+            std::vector<std::int64_t> values;
+            for (const int place : index.find("run", column, descending))
+                values.push_back(static_cast<std::int64_t>(valueOf(catalogue.datasets(place))));
+            EXPECT_EQ(values.size(), 1000U);
+            if (descending) std::ranges::reverse(values);
+            EXPECT_TRUE(std::ranges::is_sorted(values));
+        };
+        ordered(Column::particles, [](const auto& entry) { return entry.particles(); });
+        ordered(Column::size, [](const auto& entry) { return entry.bytes(); });
+        ordered(Column::prepared, [](const auto& entry) { return entry.prepared_ms(); });
+    }
     EXPECT_TRUE(index.find("halo quadrupole", Column::name, false).empty());
     index.setCatalogue(catalogueOf(3));
     EXPECT_EQ(index.find("", Column::size, false).size(), 3U);

@@ -13,19 +13,31 @@ function aboutOf(entry: Catalogue_Entry): string {
     const parts = [entry.kind === 'particles' && entry.particles > 0n ? `${amount(Number(entry.particles))} particles`
                                                                       : kindNames[entry.kind] ?? entry.kind];
     if (entry.steps > 1) parts.push(`${entry.steps} steps`);
+    if (entry.bytes > 0n) parts.push(`${amount(Number(entry.bytes))}${entry.bytes < 1000n ? ' ' : ''}B`);
+    if (entry.preparedMs > 0n) parts.push(new Date(Number(entry.preparedMs)).toISOString().slice(0, 10));
     return parts.join(' · ');
 }
+
+/// By what the list is sorted: the name that people read, and what comes first.
+const orders: Record<string, (one: Catalogue_Entry, other: Catalogue_Entry) => number> = {
+    'name': () => 0,  // as the server tells them
+    'date, newest first': (one, other) => Number(other.preparedMs - one.preparedMs),
+    'size, largest first': (one, other) => Number(other.bytes - one.bytes),
+};
 
 export class CatalogueList {
     /// Puts a small picture of a dataset into a canvas, some time.
     onThumbnail: (entry: Catalogue_Entry, place: HTMLCanvasElement) => void = () => {};
     private readonly list = h('ul', {class: 'datasets'});
     private readonly search = h('input', {type: 'search', placeholder: 'Search datasets', 'aria-label': 'Search datasets'});
+    private readonly order = h('select', {'aria-label': 'Sort by'},
+                               ...Object.keys(orders).map((name) => h('option', {value: name}, `by ${name}`)));
     private readonly thumbnails = new Map<string, HTMLCanvasElement>();
 
     constructor(place: HTMLElement, private readonly model: Model) {
         this.search.addEventListener('input', () => this.draw());
-        place.append(h('div', {class: 'search'}, this.search), this.list);
+        this.order.addEventListener('change', () => this.draw());
+        place.append(h('div', {class: 'search'}, this.search, this.order), this.list);
     }
 
     draw(): void {
@@ -34,6 +46,7 @@ export class CatalogueList {
             const text = `${entry.name} ${entry.title} ${entry.kind}`.toLowerCase();
             return layerKinds(entry.kind).length > 0 && words.every((word) => text.includes(word));
         });
+        found.sort(orders[this.order.value]);
         const none = this.model.catalogue.length > 0 ? 'Nothing is called so.' : 'There are no datasets here yet.';
         this.list.replaceChildren(...found.map((entry) => this.item(entry)),
                                   ...(found.length === 0 ? [h('li', {class: 'none'}, none)] : []));
