@@ -168,6 +168,21 @@ void Connection::describe(const std::string& dataset, Reply<proto::Description> 
                typed(std::move(reply), &proto::ServerMessage::mutable_description));
 }
 
+void Connection::thumbnail(const std::string& dataset, Reply<FramePixels> reply) {
+    proto::ClientMessage question;
+    question.mutable_get_thumbnail()->set_dataset(dataset);
+    impl_->ask(std::move(question), proto::ServerMessage::kThumbnail,
+               [reply = std::move(reply)](const Result<Impl::ServerAnswer>& answer) {
+                   if (!answer.ok()) return reply(answer.error());
+                   proto::Frame frame;
+                   frame.set_width(answer->message.thumbnail().width());
+                   frame.set_height(answer->message.thumbnail().height());
+                   frame.set_encoding(proto::Frame::JPEG);
+                   frame.set_format(proto::SRGB8);
+                   reply(decodeFrame(frame, answer->payload));
+               });
+}
+
 void Connection::submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, const JobWish& wish) {
     proto::ClientMessage question;
     auto& submitted = *question.mutable_submit_job();

@@ -133,6 +133,8 @@ class Connection {
     // why the connection was lost. Questions are sent in order, also those asked before it is connected.
     void listDatasets(Reply<proto::Catalogue> reply);
     void describe(const std::string& dataset, Reply<proto::Description> reply);
+    /// A small picture of a dataset, of the server's size; of a server of minor 4 and above.
+    void thumbnail(const std::string& dataset, Reply<FramePixels> reply);
     /// The same request that waits, runs or has its output there is answered with that job.
     void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, const JobWish& wish = {});
     void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);

@@ -78,6 +78,21 @@ int stepCount(const proto::Manifest& manifest) {
     return findKind(manifest.kind()).steps(manifest);
 }
 
+std::optional<proto::View> firstView(const std::string& name, std::string_view datasetKind, int steps,
+                                     std::uint32_t width, std::uint32_t height) {
+    const auto kinds = layersThatDraw(datasetKind);
+    if (kinds.empty()) return std::nullopt;
+    proto::View view;
+    view.set_width(width);
+    view.set_height(height);
+    auto& layer = *view.add_layers();
+    layer.set_dataset(name);
+    layer.set_step(static_cast<std::uint32_t>(steps) / 2);
+    layer.GetReflection()->MutableMessage(&layer,
+                                          proto::Layer::descriptor()->FindFieldByNumber(kinds.front()));
+    return view;
+}
+
 Bounds datasetBounds(const proto::Manifest& manifest) {
     return findKind(manifest.kind()).bounds(manifest);
 }

@@ -5,9 +5,11 @@
 // stands in storage/dataset_kind.h. Pure functions; a manifest that nobody has checked does no harm.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "protocol/mote.pb.h"
@@ -22,6 +24,11 @@ std::span<const proto::Layer::KindCase> layersThatDraw(std::string_view datasetK
 
 /// Steps of a series; none of a dataset without time.
 int stepCount(const proto::Manifest& manifest);
+
+/// A dataset as it is first seen: by the usual kind of layer, every field left to the server, in the middle
+/// of its time; of so many pixels. Nothing where no layer draws it by itself.
+std::optional<proto::View> firstView(const std::string& name, std::string_view datasetKind, int steps,
+                                     std::uint32_t width, std::uint32_t height);
 
 /// The box that it fills, in layer space: of a mesh or a volume its own units, of a plot [-1, 1].
 Bounds datasetBounds(const proto::Manifest& manifest);

@@ -173,7 +173,9 @@ class Server::Impl {
     ~Impl() {
         withdraw();
         if (jobs_) jobs_->stop();
+        if (thumbnails_) thumbnails_->stop();
         render_.reset();
+        thumbnails_.reset();
         queries_.reset();
         datasets_.reset();
     }
@@ -197,6 +199,8 @@ class Server::Impl {
         render.memory = std::make_shared<PictureMemory>(pictureMemory(settings_.memory), datasets_->budget());
         render_ = std::make_unique<RenderService>(device_, *datasets_, std::move(render));
         MOTE_ASSIGN_OR_RETURN(const auto name, render_->start());
+        thumbnails_ = std::make_unique<Thumbnails>(*datasets_, *render_, settings_.render.crashes,
+                                                   settings_.stateDirectory / "thumbnails");
         fillContext(name);
         if (settings_.stopOnSignals) stopOnSignals();
         MOTE_RETURN_IF_ERROR(tellMetrics());
@@ -250,6 +254,7 @@ class Server::Impl {
         context_.datasets = datasets_.get();
         context_.jobs = &*jobs_;
         context_.queries = queries_.get();
+        context_.thumbnails = thumbnails_.get();
         context_.uploads = jobs_->uploads();
         context_.removeUploads = jobs_->remover();
         context_.crashes = settings_.render.crashes;
@@ -423,6 +428,7 @@ class Server::Impl {
     std::unique_ptr<DatasetService> datasets_;
     std::unique_ptr<QueryService> queries_;
     std::unique_ptr<RenderService> render_;
+    std::unique_ptr<Thumbnails> thumbnails_;
     ParkedSessions parked_{settings_.parking, [this] { parkedFile_->changed(); }};
     std::optional<ParkedFile> parkedFile_;
     Following following_;

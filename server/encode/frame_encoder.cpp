@@ -147,6 +147,7 @@ Result<H264Picture> H264Encoder::encode(const render::Picture& picture, std::siz
 }
 
 proto::Frame::Encoding chooseEncoding(const EncodingTarget& target, const PictureFacts& picture) {
+    if (target.jpeg) return proto::Frame::JPEG;
     if (picture.exact) return proto::Frame::ZSTD;
     if (target.measured && target.frameBytes) {
         const double most =

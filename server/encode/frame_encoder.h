@@ -52,6 +52,7 @@ struct EncodingTarget {
     bool h264 = false;      ///< it decodes that
     /// What a frame in motion may hold, so that the link carries 30 a second; none: not measured yet.
     std::optional<std::size_t> frameBytes;
+    bool jpeg = false;  ///< nothing but that: small pictures that are kept
 };
 
 struct PictureFacts {

@@ -12,6 +12,7 @@ Status allowed(Role role, const proto::ClientMessage& message) {
         case Body::kCredit:
         case Body::kListDatasets:
         case Body::kDescribe:
+        case Body::kGetThumbnail:
         case Body::kQuery:
         case Body::kCancelQuery:
         case Body::kListSessions:

@@ -26,6 +26,7 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
                                             [this] { writerWake_.notify(); })),
       commandAccount_(maxCommandBytes, context.datasets->budget()),
       queries_(context.queries, executor_, context.datasets->budget()),
+      thumbnails_(context.thumbnails, executor_),
       uploads_(std::make_shared<Uploads>(context.uploads, context.removeUploads)) {}
 
 void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
@@ -129,6 +130,9 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
             break;
         case Body::kQuery:
             co_await query(std::move(message));
+            break;
+        case Body::kGetThumbnail:
+            co_await thumbnail(request, message.get_thumbnail().dataset());
             break;
         case Body::kCancelQuery:
             queries_.cancel(message.cancel_query().request());
@@ -253,6 +257,7 @@ void Session::leave(const Error& reason) {
     log::info(log::session(id_), "closed: {}", toLogText(reason.toString()));
     frames_->close();
     queries_.close();
+    thumbnails_.close();
     outbox_.farewell(failureMessage(0, reason, true));
     writerWake_.notify();
     workerWake_.notify();
@@ -276,6 +281,7 @@ void Session::close() {
     writerWake_.notify();
     answersWake_.notify();
     queries_.close();
+    thumbnails_.close();
     context_.closed(id_);
 }
 

@@ -38,6 +38,7 @@
 #include "server/session/parked_sessions.h"
 #include "server/session/role.h"
 #include "server/session/session_queries.h"
+#include "server/session/thumbnails.h"
 
 namespace mote::server {
 
@@ -66,6 +67,7 @@ struct SessionContext {
     DatasetService* datasets = nullptr;
     JobService* jobs = nullptr;
     QueryService* queries = nullptr;       ///< null: none are answered
+    Thumbnails* thumbnails = nullptr;      ///< null: none are made
     std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
     Uploads::Remove removeUploads = {};    ///< a client's, when it leaves; empty: at once
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
@@ -129,7 +131,9 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<Reply> fetchArtifact(const proto::FetchFilm& request);
 
     asio::awaitable<void> query(proto::ClientMessage message);
+    asio::awaitable<void> thumbnail(std::uint64_t request, const std::string& dataset);
     asio::awaitable<void> handOnAnswers();
+    bool handOnThumbnail();
 
     asio::awaitable<void> write();
     void fill(Outbox::Item& item);
@@ -152,6 +156,7 @@ class Session : public std::enable_shared_from_this<Session> {
     MessageAccount commandAccount_;
     std::deque<Command> commands_;
     SessionQueries queries_;
+    SessionThumbnails thumbnails_;
     std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
     bool watchesJobs_ = false;
     proto::Followed followed_;

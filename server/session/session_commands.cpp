@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What a session's client asks for: views, whom it follows, datasets, jobs, numbers.
+#include <fmt/format.h>
+
 #include "server/session/on_thread.h"
 #include "server/session/session.h"
 
@@ -264,11 +266,45 @@ asio::awaitable<void> Session::query(proto::ClientMessage message) {
     if (!taken.ok()) refuse(message.request(), taken.error());
 }
 
+asio::awaitable<void> Session::thumbnail(std::uint64_t request, const std::string& dataset) {
+    auto found = success();
+    if (!context_.datasets->contains(dataset)) found = co_await rescan();
+    if (closed_) co_return;
+    if (!found.ok()) co_return refuse(request, found.error());
+    const auto ready = [weak = weak_from_this()] {
+        if (const auto self = weak.lock()) self->answersWake_.notify();
+    };
+    const auto taken = thumbnails_.ask(request, dataset, ready);
+    if (!taken.ok()) co_return refuse(request, taken.error());
+    if (!*taken) co_return;
+    refuse(**taken, {ErrorCode::resourceExhausted, "dataset",
+                     fmt::format("{} thumbnails were asked for after this one, and no more of a client wait",
+                                 SessionThumbnails::mostAsked)});
+}
+
+/// False if there is none.
+bool Session::handOnThumbnail() {
+    auto answered = thumbnails_.take();
+    if (!answered) return false;
+    if (!answered->answer.ok()) {
+        refuse(answered->request, answered->answer.error());
+        return true;
+    }
+    proto::ServerMessage text;
+    auto& thumbnail = *text.mutable_thumbnail();
+    thumbnail.set_dataset(answered->dataset);
+    thumbnail.set_width(Thumbnail::width);
+    thumbnail.set_height(Thumbnail::height);
+    reply(answered->request, Reply(std::move(text), (*answered->answer)->jpeg));
+    return true;
+}
+
 asio::awaitable<void> Session::handOnAnswers() {
     while (!closed_ && !leaving_) {
         // The writer wakes readers and workers alike when there is room again.
         while (!outbox_.room() && !closed_) co_await readerWake_.wait();
         if (closed_) co_return;
+        if (handOnThumbnail()) continue;
         auto answered = queries_.take();
         if (!answered) {
             co_await answersWake_.wait();

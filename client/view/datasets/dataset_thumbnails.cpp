@@ -10,21 +10,13 @@
 namespace mote::client {
 namespace {
 
+/// Servers of this minor version and above keep thumbnails.
+constexpr std::uint32_t thumbnailsFromMinor = 4;
+
 /// One that is made anew under its name has another, as far as the catalogue tells.
 std::string thumbnailKey(const proto::Catalogue::Entry& entry) {
-    return fmt::format("{} {} {} {}", entry.name(), entry.kind(), entry.steps(), entry.particles());
-}
-
-/// Its usual kind of layer, every field left to the server, in the middle of its time.
-proto::View thumbnailView(const proto::Catalogue::Entry& entry, proto::Layer::KindCase kind) {
-    proto::View view;
-    view.set_width(DatasetThumbnails::width);
-    view.set_height(DatasetThumbnails::height);
-    auto& layer = *view.add_layers();
-    layer.set_dataset(entry.name());
-    layer.set_step(entry.steps() / 2);
-    layer.GetReflection()->MutableMessage(&layer, proto::Layer::descriptor()->FindFieldByNumber(kind));
-    return view;
+    return fmt::format("{} {} {} {} {}", entry.name(), entry.kind(), entry.steps(), entry.particles(),
+                       entry.prepared_ms());
 }
 
 }  // namespace
@@ -41,43 +33,70 @@ void DatasetThumbnails::rest() {
 
 void DatasetThumbnails::show(const std::vector<const proto::Catalogue::Entry*>& seen) {
     takeFrames();
-    const proto::Catalogue::Entry* missing = nullptr;
     for (const auto* entry : seen) {
         const auto key = thumbnailKey(*entry);
         if (const auto found = found_.find(key); found != found_.end()) {
             pictures_.splice(pictures_.begin(), pictures_, found->second);
-        } else if (missing == nullptr && failed_.count(key) == 0 && !layersThatDraw(entry->kind()).empty()) {
-            missing = entry;
+        } else if (!failed_.contains(key) && !awaited_.contains(key) &&
+                   !layersThatDraw(entry->kind()).empty()) {
+            ask(*entry);
         }
     }
-    if (missing != nullptr && awaited_.empty()) ask(*missing);
 }
 
+void DatasetThumbnails::connect() {
+    if (connection_) return;
+    ConnectionSettings settings;
+    settings.client = "mote-view, thumbnails";
+    settings.wake = [] { Window::wake(); };
+    settings.background = true;
+    connection_ = std::make_unique<Connection>(file_, settings);
+    connection_->onViewFailed([this](std::uint64_t view, const Error&) {
+        // What cannot be drawn says so when it is opened.
+        if (view == view_) failed_.merge(awaited_);
+        awaited_.clear();
+    });
+}
+
+/// As soon as it is known what the server can do, and as many at a time as it takes.
 void DatasetThumbnails::ask(const proto::Catalogue::Entry& entry) {
-    if (!connection_) {
-        ConnectionSettings settings;
-        settings.client = "mote-view, thumbnails";
-        settings.wake = [] { Window::wake(); };
-        settings.background = true;
-        connection_ = std::make_unique<Connection>(file_, settings);
-        connection_->onViewFailed([this](std::uint64_t view, const Error&) {
-            // What cannot be drawn says so when it is opened.
-            if (view == view_) failed_.insert(std::exchange(awaited_, {}));
-        });
-    }
-    awaited_ = thumbnailKey(entry);
+    connect();
+    if (connection_->state() != Connection::State::connected) return;
+    if (connection_->welcome().minor() < thumbnailsFromMinor) return askForView(entry);
+    if (awaited_.size() >= mostAwaited) return;
+    const auto key = thumbnailKey(entry);
+    awaited_.insert(key);
+    connection_->thumbnail(entry.name(),
+                           [this, key](const Result<FramePixels>& pixels) { answered(key, pixels); });
+}
+
+void DatasetThumbnails::askForView(const proto::Catalogue::Entry& entry) {
+    if (!awaited_.empty()) return;
+    const auto view = firstView(entry.name(), entry.kind(), static_cast<int>(entry.steps()), width, height);
+    if (!view) return;
+    awaited_.insert(thumbnailKey(entry));
     ViewRequest request;
     request.finalOnly = true;
-    view_ = connection_->setView(thumbnailView(entry, layersThatDraw(entry.kind()).front()), request);
+    view_ = connection_->setView(*view, request);
 }
 
 void DatasetThumbnails::takeFrames() {
     if (!connection_) return;
     connection_->poll();
     while (const auto frame = connection_->takeFrame()) {
-        if (frame->message.view_id() == view_ && frame->message.final() && !awaited_.empty())
-            keep(std::exchange(awaited_, {}), frame->pixels);
+        if (frame->message.view_id() != view_ || !frame->message.final() || awaited_.empty()) continue;
+        const auto of = *awaited_.begin();
+        awaited_.clear();
+        keep(of, frame->pixels);
     }
+}
+
+/// One that was given up, or whose line broke, may be asked for again.
+void DatasetThumbnails::answered(const std::string& of, const Result<FramePixels>& pixels) {
+    awaited_.erase(of);
+    if (pixels.ok()) return keep(of, *pixels);
+    const bool lost = connection_->state() != Connection::State::connected;
+    if (!lost && pixels.error().code != ErrorCode::resourceExhausted) failed_.insert(of);
 }
 
 void DatasetThumbnails::keep(const std::string& of, const FramePixels& pixels) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// DatasetThumbnails: small pictures of datasets, by a line of their own to the server: its session is one of
-// the background, whose pictures are made while nobody else waits for one. One at a time, of those that are
-// on the screen; those that were seen last are kept. Owned by the viewer; main thread, with the window's
-// context current.
+// DatasetThumbnails: small pictures of datasets, by a line of their own to the server, of those that are on
+// the screen; those that were seen last are kept. A server of minor 4 keeps them too. An older one is asked
+// for views, one at a time: the session is one of the background, whose pictures are made while nobody else
+// waits for one. Owned by the viewer; main thread, with the window's context current.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,8 @@ namespace mote::client {
 
 class DatasetThumbnails {
   public:
-    static constexpr std::uint32_t width = 128, height = 72;  ///< pixels
+    static constexpr std::uint32_t width = 128, height = 72;  ///< pixels, of an older server
+    static constexpr std::size_t mostAwaited = 8;             ///< of a server that keeps them
     static constexpr std::size_t most = 256;                  ///< that are kept
 
     /// The connection file of the server, which is not asked before there is something to draw.
@@ -44,16 +45,19 @@ class DatasetThumbnails {
         std::unique_ptr<PictureTexture> texture;
     };
 
+    void connect();
     void takeFrames();
     void keep(const std::string& of, const FramePixels& pixels);
     void ask(const proto::Catalogue::Entry& entry);
+    void askForView(const proto::Catalogue::Entry& entry);
+    void answered(const std::string& of, const Result<FramePixels>& pixels);
 
     std::filesystem::path file_;
     std::list<Picture> pictures_;  // those that were seen last in front
     std::map<std::string, std::list<Picture>::iterator> found_;
-    std::set<std::string> failed_;  // of which there can be none
-    std::string awaited_;           // of which one is asked for; empty: of none
-    std::uint64_t view_ = 0;        // that was asked for
+    std::set<std::string> failed_;   // of which there can be none
+    std::set<std::string> awaited_;  // that are asked for
+    std::uint64_t view_ = 0;         // that was asked for, of an older server
     std::unique_ptr<Connection> connection_;
 };
 

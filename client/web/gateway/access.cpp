@@ -165,6 +165,7 @@ Status Access::mayAsk(Role role, const proto::ClientMessage& message) {
         case Message::kCredit:
         case Message::kListDatasets:
         case Message::kDescribe:
+        case Message::kGetThumbnail:
         case Message::kPing:
         case Message::kPong:
         case Message::kQuery:

@@ -37,7 +37,7 @@ export type LineState = 'connecting' | 'connected' | 'refused';
 export type FromWorker =
     | {kind: 'state', state: LineState, why: string}
     | {kind: 'role', role: 'owner' | 'follower'}
-    | {kind: 'welcome', server: string, device: string}
+    | {kind: 'welcome', server: string, device: string, minor: number}
     | {kind: 'picture', info: PictureInfo}
     /// A ServerMessage, encoded, and its payload. `id`: of the question that it answers; 0: it came unasked.
     | {kind: 'message', id: number, bytes: Uint8Array, payload: Uint8Array}

@@ -39,6 +39,13 @@ export class Server {
     private readonly waiting = new Map<number, Waiting>();
     private readonly grabs = new Map<number, (picture: ImageData | null) => void>();
     private next = 1;
+    /// Which minor version of the protocol the server speaks; 0: not known yet.
+    minor = 0;
+    private welcomed: () => void = () => {};
+    /// Once it is known.
+    readonly welcome = new Promise<void>((resolve) => {
+        this.welcomed = resolve;
+    });
     /// The id of the view that was wanted last: pictures carry it.
     viewId = 0;
 
@@ -118,7 +125,10 @@ export class Server {
         switch (message.kind) {
             case 'state': return this.onState(message.state, message.why);
             case 'role': return this.onRole(message.role);
-            case 'welcome': return this.onWelcome(message.server, message.device);
+            case 'welcome':
+                this.minor = message.minor;
+                this.welcomed();
+                return this.onWelcome(message.server, message.device);
             case 'picture': return this.onPicture(message.info);
             case 'grabbed':
                 this.grabs.get(message.id)?.(message.picture);

@@ -9,7 +9,7 @@ import type {FromWorker, LineState, PictureInfo, ToWorker} from './messages';
 import {Painter, Pieces, decodesStream, type Arrived} from './pictures';
 import {Lossless} from './zstd';
 
-const minor = 3;
+const minor = 4;
 const firstPause = 200;
 const longestPause = 5000;
 
@@ -147,7 +147,7 @@ class Line {
         this.pause = firstPause;
         this.resume = welcome.resume;
         this.tellState('connected', '');
-        say({kind: 'welcome', server: welcome.server, device: welcome.device});
+        say({kind: 'welcome', server: welcome.server, device: welcome.device, minor: welcome.minor});
         for (const [id, question] of this.questions) this.sendQuestion(id, question);
         if (this.view) this.sendView();
     }
