@@ -208,6 +208,7 @@ Result<View> parseView(const proto::View& message) {
     MOTE_RETURN_IF_ERROR(checkOwnFields(message));
     MOTE_RETURN_IF_ERROR(parseSpace(message, view));
     view.background = parseBackground(message);
+    view.depthContrast = numberOf(message, message.kDepthContrastFieldNumber);
     auto selections = parseNamedSelections(message.selections());
     MOTE_RETURN_IF_ERROR(selections, "selections");
     view.selections = *std::move(selections);

@@ -92,6 +92,7 @@ struct View {
     std::vector<std::optional<Bounds>> shown = {};
     std::optional<proto::Annotations> annotations = {};  ///< checked
     std::optional<Metres> metres = {};                   ///< none: the world has no unit
+    double depthContrast = 0.0;                          ///< 0 to 1 (docs/PICTURE.md, "Depth contrast")
     std::vector<NamedSelection> selections = {};         ///< that stay with it; those of layers are resolved
 
     double aspect() const { return static_cast<double>(width) / height; }

@@ -39,6 +39,7 @@ proto::View toProto(const View& view) {
         if (view.metres->stretch != glm::dvec3(1.0))
             writeVector(view.metres->stretch, message.mutable_stretch());
     }
+    if (view.depthContrast != 0.0) message.set_depth_contrast(view.depthContrast);
     if (!view.cameraFitted) *message.mutable_camera() = toProto(view.camera);
     for (const auto& layer : view.layers) writeLayer(layer, *message.add_layers());
     if (view.annotations) *message.mutable_annotations() = *view.annotations;

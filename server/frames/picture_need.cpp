@@ -8,6 +8,7 @@
 #include "protocol/scene/fields/facts.h"
 #include "server/encode/encode.h"
 #include "server/frames/planning.h"
+#include "server/render/layers/contrast/lower_contrast.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/stipple/tone.h"
 
@@ -92,6 +93,11 @@ std::uint64_t pictureBytes(const View& view, const RenderJob& job, StepSource& d
         all.kept += need.kept;
         points = points || layer.particles() != nullptr;
         if (layer.stipple() != nullptr) dots += dotsOf(*layer.stipple(), manifest, pixels);
+    }
+    if (render::contrastsDepth(view)) {
+        all.planned =
+            std::max(all.planned, render::orderBytes + render::contrastLayerBytes * view.layers.size());
+        all.kept += render::contrastBytes;
     }
     // Counts of points, where there is nothing else; black and white pictures that tell what is seen of
     // shapes.

@@ -10,6 +10,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/render/layers/contrast/lower_contrast.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "server/render/layers/particles/lower_particles.h"
 #include "tests/reference/leaf_points.h"
 #include "tests/reference/volume_field.h"
@@ -89,7 +91,16 @@ PointHits::PointHits(const render::Scene& scene, const Options& options)
     }
     for (const auto& one : options.strokes) strokes_.emplace_back(scene.view, *one);
     if (scene.dots != nullptr) addDots(scene);
+    addContrast(scene);
     sort();
+}
+
+/// As with ink, which fragments there are tests/unit/render/contrast_test.cpp holds; here they are drawn.
+void PointHits::addContrast(const render::Scene& scene) {
+    if (!(view_.depthContrast > 0.0)) return;
+    const auto plan = render::makeFramePlan(scene, render::Quality::exact());
+    const auto contrast = render::depthContrastOf(scene, plan, {});
+    if (contrast != nullptr) contrast->make({0, 0, width_, height_}, contrast_);
 }
 
 /// Which strokes there are docs/INK.md says, and tests/unit/ink holds that; here they are drawn.
@@ -333,13 +344,15 @@ RowHits PointHits::row(std::uint32_t row) const {
     }
     for (const auto& mesh : meshes_) mesh.addRow(row, result.hits_);
     for (const auto& sight : sights_) sight.addRow(row, result.hits_);
-    for (const auto& ink : inks_) {
-        for (const auto& fragment : ink.fragments) {
+    const auto addFragments = [&](const render::Fragments& fragments) {
+        for (const auto& fragment : fragments) {
             if (fragment.row != row) continue;
             result.hits_.push_back({fragment.column, fragment.depth, static_cast<double>(fragment.opacity),
                                     glm::dvec3(fragment.color)});
         }
-    }
+    };
+    for (const auto& ink : inks_) addFragments(ink.fragments);
+    addFragments(contrast_);
     for (const auto& strokes : strokes_) strokes.addRow(row, result.hits_);
     for (auto image = images_.rbegin(); image != images_.rend(); ++image) image->addRow(row, result.hits_);
     std::stable_sort(result.hits_.begin(), result.hits_.end(), [](const Hit& a, const Hit& b) {

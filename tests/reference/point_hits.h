@@ -77,6 +77,7 @@ class PointHits {
     static Look lookOf(const View& view, const glm::dmat4& transform, const ParticlesStyle& style);
     void addHighlight(const render::Scene& scene, std::uint32_t layer);
     void addPaths(const render::Scene& scene, std::uint32_t layer);
+    void addContrast(const render::Scene& scene);
     /// `depth`: where it stands; absent: at its own. `value`: as Spot's.
     void addPoint(const View& view, std::uint32_t layer, const Look& look, const glm::dvec3& inEye,
                   std::optional<double> depth, double value, double weight = 1.0);
@@ -97,6 +98,7 @@ class PointHits {
     std::vector<ImageHits> images_;        // the last in front
     std::deque<render::InkDrawing> inks_;  // of the scene's layers
     std::deque<render::Strokes> paths_;    // likewise
+    render::Fragments contrast_;
     std::vector<StrokeHits> strokes_;
     std::vector<std::uint8_t> ambiguous_;
 };

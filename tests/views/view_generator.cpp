@@ -180,6 +180,15 @@ void nameAndHide(proto::View& view) {
     }
 }
 
+/// Some views tell more plainly what is nearer. By numbers of their own, too.
+void contrastDepth(proto::View& view) {
+    constexpr double share = 0.2, all = 0.3;
+    Random random(view.ByteSizeLong(), 4096);
+    if (!random.chance(share)) return;
+    const double some = anyShare(random);
+    view.set_depth_contrast(random.chance(all) ? 1.0 : some);
+}
+
 proto::View tryView(Random& random, const ViewShape& shape) {
     proto::View view;
     const auto [width, height] = anySize(random, shape.mostPixels);
@@ -205,6 +214,7 @@ proto::View tryView(Random& random, const ViewShape& shape) {
     if (!fitted && random.chance(0.1)) view.mutable_camera()->clear_fov_y_degrees();
     addImages(view);
     nameAndHide(view);
+    contrastDepth(view);
     return view;
 }
 

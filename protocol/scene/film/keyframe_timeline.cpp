@@ -140,6 +140,7 @@ proto::View KeyframeTimeline::between(const Place& place) const {
     view.background = mix(from.view.background, to.view.background, share);
     view.camera = path_.at(place.keyframe, cameraShare(place.keyframe, place.share));
     view.layers = layers_[place.keyframe].at(share);
+    view.depthContrast = std::lerp(from.view.depthContrast, to.view.depthContrast, share);
     if (from.view.metres && to.view.metres)
         view.metres = Metres{mix(from.view.metres->stretch, to.view.metres->stretch, share)};
     view.annotations = mixAnnotations(from.view.annotations, to.view.annotations, share);

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "protocol/scene/mote_check.h"
+#include "server/render/layers/contrast/lower_contrast.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
 #include "server/render/layers/image/lower_image.h"
 #include "server/render/layers/ink/lower_ink.h"
@@ -182,6 +184,9 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
     }
     for (const auto& lower : lowering.last) {
         if (!plan.exact || !plan.waits()) lower();
+    }
+    if (!plan.exact || !plan.waits()) {
+        if (auto contrast = depthContrastOf(scene, plan, stop)) plan.surfaces.push_back(std::move(contrast));
     }
     std::stable_partition(plan.fields.begin(), plan.fields.end(),
                           [](const FieldPlan& field) { return field.density() != nullptr; });

@@ -310,14 +310,40 @@ VolumeSeenOn VolumeRays::look(double x, double y, double least, Scratch& scratch
     if (!(seen.opacity >= least)) return {};
     for (const auto& part : parts) shade(way, part, seen);
     if (marks.empty()) return seen;
-    const double middle = 0.5 * marks.back().absorbed;
+    seen.depth = depthWhere(scratch, 0.5 * marks.back().absorbed);
+    return seen;
+}
+
+double VolumeRays::depthWhere(const Scratch& scratch, double absorbed) {
+    const auto& marks = scratch.marks;
+    if (marks.empty()) return infinity;
     std::size_t i = 1;
-    while (i + 1 < marks.size() && marks[i].absorbed < middle) ++i;
+    while (i + 1 < marks.size() && marks[i].absorbed < absorbed) ++i;
+    if (i == marks.size()) return marks.front().depth;
     const Mark &from = marks[i - 1], &to = marks[i];
     const double share =
-        to.absorbed > from.absorbed ? (middle - from.absorbed) / (to.absorbed - from.absorbed) : 0.0;
-    seen.depth = std::lerp(from.depth, to.depth, std::clamp(share, 0.0, 1.0));
-    return seen;
+        to.absorbed > from.absorbed ? (absorbed - from.absorbed) / (to.absorbed - from.absorbed) : 0.0;
+    return std::lerp(from.depth, to.depth, std::clamp(share, 0.0, 1.0));
+}
+
+double VolumeRays::absorbedBefore(const Scratch& scratch, double depth) {
+    const auto& marks = scratch.marks;
+    const auto to = std::upper_bound(marks.begin(), marks.end(), depth,
+                                     [](double place, const Mark& mark) { return place < mark.depth; });
+    if (to == marks.begin()) return 0.0;
+    if (to == marks.end()) return marks.back().absorbed;
+    const Mark& from = *(to - 1);
+    return std::lerp(from.absorbed, to->absorbed, (depth - from.depth) / (to->depth - from.depth));
+}
+
+glm::dvec3 VolumeRays::boxPlace(double x, double y, double depth) const {
+    const glm::dvec2 window = glm::dvec2(x - 0.5 * size_.x, 0.5 * size_.y - y) / pixels_;
+    const glm::dvec3 inEye(perspective_ ? depth * window : window, -depth);
+    return glm::dvec3(eyeToCells_ * glm::dvec4(inEye, 1.0)) / samples_.cells();
+}
+
+double VolumeRays::codeAt(double x, double y, double depth) const {
+    return static_cast<double>(samples_.code(glm::vec3(boxPlace(x, y, depth) * samples_.cells())));
 }
 
 }  // namespace mote::render

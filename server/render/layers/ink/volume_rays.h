@@ -57,6 +57,13 @@ class VolumeRays {
     /// Through (x, y) of the picture, in pixels from its upper left corner. Nothing where less than `least`
     /// of the ray is absorbed.
     VolumeSeenOn look(double x, double y, double least, Scratch& scratch) const;
+    /// Of the ray that was looked along last: which share of its light is absorbed before a depth; the depth
+    /// at which a share is, at most the one of all that is absorbed.
+    static double absorbedBefore(const Scratch& scratch, double depth);
+    static double depthWhere(const Scratch& scratch, double absorbed);
+    /// Of what lies at a depth behind (x, y) of the picture: the place in the field's box [0, 1]^3; the code.
+    glm::dvec3 boxPlace(double x, double y, double depth) const;
+    double codeAt(double x, double y, double depth) const;
 
   private:
     struct Way;
