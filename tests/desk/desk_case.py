@@ -42,7 +42,7 @@ def warm(picture):
 class DeskCase(unittest.TestCase):
     """A server with its data, and a person before it."""
 
-    LIST = (40, 80, PANEL, 720)  # of the datasets
+    LIST = (0, 80, PANEL, 720)  # of the datasets
 
     @classmethod
     def setUpClass(cls):

@@ -97,7 +97,7 @@ class Layers(DeskCase):
         def pictures():
             """Of each row its picture's pixels, rows from above."""
             picture = viewer.picture().astype(int)
-            return [picture[y - 20:y + 20, 50:126] for y in rows]
+            return [picture[y - 20:y + 20, 14:90] for y in rows]
 
         rows = [viewer.see(name, within=self.LIST)[1] for name in names]
         viewer.see("Draw a dataset as well", within=self.LIST)
@@ -105,7 +105,7 @@ class Layers(DeskCase):
         seen = viewer.until(lambda: all(part.max(2).std() > 5 for part in pictures()) and pictures(), "the pictures")
         self.assertGreater(warm(seen[0]).sum(), 20)  # the beam
         self.assertTrue(all(numpy.abs(a - b).max() > 60 for a, b in zip(seen, seen[1:])))
-        viewer.press("name", within=(130, 130, PANEL // 2, rows[0] - 10))
+        viewer.press("name", within=(90, 130, 300, rows[0] - 10))
         viewer.until(lambda: (viewer.where("data/beam", within=self.LIST) or (0, 0))[1] > rows[1], "the other order")
         viewer.press("data/ct", within=self.LIST, least=0.95)
         viewer.shows(lambda view: view and [layer["dataset"] for layer in view["layers"]] == ["data/beam", "data/ct"])
