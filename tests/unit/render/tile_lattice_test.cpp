@@ -40,7 +40,8 @@ class TileLatticeTest : public testing::Test {
         TileCells cells(frame_->slabs);
         std::mt19937 random(seed);
         for (int i = 0; i < 2000; ++i) {
-            const std::uint32_t slab = random() % cells.slabs(), pixel = random() % Tile::pixels;
+            const std::uint32_t slab = random() % cells.slabs() / slabsApart_ * slabsApart_;
+            const std::uint32_t pixel = random() % Tile::pixels;
             const float weight = random() % 2 == 0 ? 1.0F : 3.0F;
             PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
             cell.weight += weight;
@@ -94,7 +95,7 @@ class TileLatticeTest : public testing::Test {
             for (const auto node : lattice.wanted()) {
                 const auto place = lattice.places(std::array{node})[0] - glm::dvec2(32.0, 64.0);
                 const double light = value(place.x / Tile::edge, place.y / Tile::edge);
-                for (std::size_t row = 0; row < lattice.borders().size(); ++row)
+                for (std::size_t row = 0; row <= lattice.lastRow(); ++row)
                     lattice.at(row, node).fill(static_cast<float>(light));
             }
             lattice.judge();
@@ -102,6 +103,7 @@ class TileLatticeTest : public testing::Test {
         return lattice;
     }
 
+    std::uint32_t slabsApart_ = 1;  // of points
     FramePlan plan_;
     ResidentFields fields_;
     std::unique_ptr<CompositeFrame> frame_;
@@ -141,6 +143,11 @@ TEST_F(TileLatticeTest, WhatIsBendingMoreIsToldByMoreRays) {
 }
 
 TEST_F(TileLatticeTest, PixelsAreThoseOfTheirOwnRays) {
+    expectAlike(1);
+}
+
+TEST_F(TileLatticeTest, SoTheyAreWherePointsFillASlab) {
+    slabsApart_ = 48;
     expectAlike(1);
 }
 

@@ -16,6 +16,7 @@
 // After foreach_target: these are compiled once for each target.
 #include "server/render/cpu/composite/packet_walk-inl.h"
 #include "server/render/cpu/composite/smooth_walk-inl.h"
+#include "server/render/cpu/composite/sparse_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -106,25 +107,31 @@ void compositePacket(const CompositeFrame& frame, Packet& packet, PacketSights& 
         storePixels(frame, walks[i].light(), pixels + i * lanes * words);
 }
 
+/// What is told of some nodes, as many as a packet has rays or fewer; the last is told for those that miss.
+template <std::size_t... number>
+HWY_INLINE std::array<ToldBorders, sizeof...(number)> toldOf(std::span<const std::uint32_t> nodes,
+                                                             TileLattice& lattice,
+                                                             std::index_sequence<number...>) {
+    const auto told = [&](std::size_t first) {
+        ToldBorders::Rows rows;
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            rows[i] = &lattice.at(0, nodes[std::min(first + i, nodes.size() - 1)]);
+        return ToldBorders(lattice.borders(), rows);
+    };
+    return {told(number * ToldBorders::rays)...};
+}
+
 /// Walks as many nodes as the packet has rays, and tells them.
 void walkNodes(const CompositeFrame& frame, Packet& packet, PacketSights& sights,
                std::span<const std::uint32_t> nodes, TileLattice& lattice) {
     constexpr std::size_t lanes = hn::MaxLanes(Floats());
-    auto walks = walksOf(frame, packet, sights, std::make_index_sequence<Tile::packetPixels / lanes>());
+    constexpr auto numbers = std::make_index_sequence<Tile::packetPixels / lanes>();
+    auto walks = walksOf(frame, packet, sights, numbers);
+    auto told = toldOf(nodes, lattice, numbers);
     for (const auto& section : frame.sections) {
         packet.enter(section);
         sights.clear();
-        for (std::size_t i = 0; i < walks.size(); ++i) {
-            auto& walk = walks[i];
-            walk.run(section, lattice.borders(), [&](std::size_t row) HWY_ATTR {
-                const Floats d;
-                const Light& light = walk.light();
-                alignas(64) std::array<TileLattice::Told, lanes> told;
-                hn::StoreInterleaved4(light.left, light.red, light.green, light.blue, d, told[0].data());
-                for (std::size_t k = 0; k < lanes && i * lanes + k < nodes.size(); ++k)
-                    lattice.at(row, nodes[i * lanes + k]) = told[k];
-            });
-        }
+        for (std::size_t i = 0; i * lanes < nodes.size(); ++i) walks[i].run(section, told[i]);
     }
 }
 
@@ -133,8 +140,16 @@ void compositeSmooth(const CompositeFrame& frame, const Packet& packet, const Ti
                      std::uint32_t* pixels) {
     constexpr std::size_t lanes = hn::MaxLanes(Floats());
     const std::size_t words = bytesPerPixel(frame.format) / sizeof(std::uint32_t);
+    const ToldNodes nodes(lattice, packet.number);
+    if (packet.anyPoints && SparseWalk::suits(frame, packet)) {
+        SparseWalk walk(frame, packet, lattice, nodes);
+        walk.run();
+        for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
+            storePixels(frame, walk.light(lane), pixels + lane * words);
+        return;
+    }
     for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
-        storePixels(frame, SmoothWalk(frame, packet, lattice, lane).run(), pixels + lane * words);
+        storePixels(frame, SmoothWalk(frame, packet, lattice, nodes, lane).run(), pixels + lane * words);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

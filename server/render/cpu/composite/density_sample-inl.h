@@ -217,6 +217,15 @@ HWY_INLINE Entries readEntries(const TransferTable::Entry* entries, IntV cell) {
 
 #endif
 
+/// Reads 4 bytes at byte offsets, by plain loads as well.
+HWY_INLINE WordV gatherWord(const std::uint8_t* base, IntV bytes) {
+#if HWY_TARGET == HWY_SCALAR
+    return hn::BitCast(Words(), hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), bytes));
+#else
+    return loadEach(Words(), base, LaneNumbers(bytes).values.data());
+#endif
+}
+
 /// A sample is taken in three steps, so that a march can have each of them under way for another sample:
 /// reads of memory take long, and the processor looks only so far ahead. First the 2 x 2 x 2 cells are read.
 struct CellReads {
@@ -282,11 +291,11 @@ HWY_INLINE TableReads readTable(const DensitySource& source, V way, const Densit
     constexpr auto last = static_cast<float>(TransferTable::cells);
     const IntV entry = hn::ConvertTo(ints, hn::Min(hn::Max(place, hn::Set(d, 1.0F)), hn::Set(d, last)));
     static_assert(sizeof(TransferTable::Entry) == 1 << 4);
-    const IntV color = hn::GatherOffset(ints, reinterpret_cast<const std::int32_t*>(&source.entries->color),
-                                        hn::ShiftLeft<4>(entry));
+    const WordV color =
+        gatherWord(reinterpret_cast<const std::uint8_t*>(&source.entries->color), hn::ShiftLeft<4>(entry));
     const V root = hn::Max(density.root, hn::Zero(d));
     const V extinction = hn::Mul(hn::Mul(hn::Mul(root, root), root), hn::Set(d, source.strength));
-    return {way, extinction, place, hn::BitCast(Words(), color)};
+    return {way, extinction, place, color};
 }
 
 /// And then it is a place on the rays with what a segment needs of it.

@@ -37,10 +37,10 @@ struct PartReads {
 
 class CellWalk {
   public:
-    /// Walks from a way through the box to another, at most 1.
+    /// Walks from a way through the box.
     HWY_INLINE CellWalk(const DensitySource& source, const RayLanes& rays, const PacketRays& packet,
-                        std::size_t lane, V from, V to)
-        : way_(from), end_(to) {
+                        std::size_t lane, V from)
+        : way_(from) {
         const Floats d;
         const Ints ints;
         const Whole x(hn::MulAdd(from, rays.travelX, rays.entryX));
@@ -62,10 +62,11 @@ class CellWalk {
         aim(z_, z.value, rays.entryZ, packet.inverse[2], static_cast<std::int32_t>(source.sheetBytes));
     }
 
-    /// Reads the cell that the rays are in and leaves it. Rays that have arrived stay where they are.
-    HWY_INLINE CellPart next(const DensitySource& source) {
+    /// Reads the cell that the rays are in and leaves it, or goes as far in it as to the way `end`. Rays that
+    /// are there stay where they are.
+    HWY_INLINE CellPart next(const DensitySource& source, V end) {
         const V crossX = x_.crossing(), crossY = y_.crossing(), crossZ = z_.crossing();
-        const V leave = hn::Max(hn::Min(hn::Min(crossX, crossY), hn::Min(crossZ, end_)), way_);
+        const V leave = hn::Max(hn::Min(hn::Min(crossX, crossY), hn::Min(crossZ, end)), way_);
         const CellPart part{way_, leave, x_.cell, y_.cell, z_.cell, readCells(source, offset_)};
         x_.leave(hn::Le(crossX, leave), offset_);
         y_.leave(hn::Le(crossY, leave), offset_);
@@ -88,7 +89,7 @@ class CellWalk {
         }
     };
 
-    V way_, end_;
+    V way_;
     IntV offset_;
     Axis x_, y_, z_;
 };
@@ -242,28 +243,46 @@ HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, cons
     takeSteep(source, rays, front, back, steep, count, take);
 }
 
-/// Marches from `front` to a slab, cell by cell. Returns the sample there.
+/// Rays that stop nowhere before the way to which they go.
+struct NoStops {
+    V end;
+
+    HWY_INLINE V next() const { return end; }
+    HWY_INLINE hn::Mask<Floats> reached(V way) const { return hn::Gt(way, end); }
+    HWY_INLINE void stop(hn::Mask<Floats>, const Light&) const {}
+};
+
+/// Marches from `front` to a way, cell by cell, and within a cell to where a ray stops: at the way
+/// `stops.next()` or before. Of a part that ends at some way `stops.reached(way)` tells which rays stop
+/// there, and `stops.stop` is called for them when it is gathered, two parts later. Returns the sample at the
+/// end.
+template <class Stops>
 HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& packet, std::size_t lane,
-                             Sample front, float to, Light& light) {
+                             Sample front, V end, Light& light, Stops stops) {
     const Floats d;
     const RayLanes rays(packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
-    const V end = rays.way(hn::Set(d, to));
-    CellWalk walk(source, rays, packet, lane, front.way, end);
-    PartReads reads = readPart(source, rays, walk.next(source));
-    CellPart part = walk.next(source);
+    CellWalk walk(source, rays, packet, lane, front.way);
+    CellPart part = walk.next(source, stops.next());
+    PartReads reads = readPart(source, rays, part);
+    auto stopping = stops.reached(part.to);
+    part = walk.next(source, stops.next());
+    auto stoppingNext = stops.reached(part.to);
     while (true) {
-        const CellPart nextPart = walk.next(source);
+        const CellPart nextPart = walk.next(source, stops.next());
         const PartReads nextReads = readPart(source, rays, part);
         const Sample back = sampleOf(reads.back);
         takePart(source, rays, front, reads, back, length,
                  [&](V depth, const Sample& one, const Sample& other, V mean)
                      HWY_ATTR { light.gather(hn::Mul(depth, length), one, other, mean); });
         if (light.gone()) break;
+        stops.stop(stopping, light);
         front = back;
         if (hn::AllTrue(d, hn::Ge(front.way, end))) break;
         reads = nextReads;
         part = nextPart;
+        stopping = stoppingNext;
+        stoppingNext = stops.reached(part.to);
     }
     return front;
 }

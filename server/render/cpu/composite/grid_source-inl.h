@@ -41,14 +41,6 @@ struct GridReads {
           single(false) {}
 };
 
-HWY_INLINE WordV gatherWord(const std::uint8_t* base, IntV bytes) {
-#if HWY_TARGET == HWY_SCALAR
-    return hn::BitCast(Words(), hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), bytes));
-#else
-    return loadEach(Words(), base, LaneNumbers(bytes).values.data());
-#endif
-}
-
 /// t as the TransferTable counts it, to the nearest 256th: what is constant and lies right on a step of a
 /// curve is then on the same side of it by all kinds of vectors.
 HWY_INLINE V snapped(V density) {

@@ -98,6 +98,9 @@ struct Matter {
 
 /// Light gathered so far and what is left of light from behind.
 struct Light {
+    /// What is left where no picture of 8 bits shows more.
+    static constexpr float least = 5e-5F;
+
     V red, green, blue, left;
 
     HWY_INLINE Light() {
@@ -137,10 +140,10 @@ struct Light {
     }
     /// The rays by which something is still seen.
     HWY_INLINE hn::Mask<Floats> seen() const { return hn::Gt(left, hn::Zero(Floats())); }
-    /// Lets rays end of which no picture of 8 bits shows what is left, each by itself; whether all have.
+    /// Lets rays end of which so little is left, each by itself; whether all have.
     HWY_INLINE bool gone() {
         const Floats d;
-        const auto ended = hn::Lt(left, hn::Set(d, 5e-5F));
+        const auto ended = hn::Lt(left, hn::Set(d, least));
         left = hn::IfThenZeroElse(ended, left);
         return hn::AllTrue(d, ended);
     }

@@ -25,6 +25,7 @@ struct alignas(64) Lanes {
     float* data() { return values.data(); }
     const float* data() const { return values.data(); }
     float& operator[](std::size_t i) { return values[i]; }
+    float operator[](std::size_t i) const { return values[i]; }
 };
 
 /// Where the rays of a packet go through the picture, in pixels from its upper left corner.

@@ -17,6 +17,7 @@
 #include "server/render/cpu/composite/field_sight-inl.h"
 #include "server/render/cpu/composite/packet.h"
 #include "server/render/cpu/composite/slab_points-inl.h"
+#include "server/render/cpu/composite/told_borders-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -44,20 +45,13 @@ class PacketWalk {
     }
     const Light& light() const { return light_; }
 
-    /// Likewise through fields alone. At each border of slabs, of those that ascend, tell(its number among
-    /// them) is called.
-    template <class Tell>
-    HWY_INLINE void run(const FrameSection& section, std::span<const std::uint32_t> borders,
-                        const Tell& tell) {
+    /// Likewise through fields alone, telling the light at borders of slabs.
+    void run(const FrameSection& section, ToldBorders& told) {
         enter(section);
-        std::uint32_t at = section.firstSlab;
-        for (std::size_t i = 0; i < borders.size() && borders[i] <= end_; ++i) {
-            if (borders[i] < at) continue;
-            walkFields(at, borders[i]);
-            at = borders[i];
-            tell(i);
-        }
-        walkFields(at, end_);
+        told_ = &told;
+        if (!packet_.hitFields().empty() && !light_.gone())
+            walkClear(static_cast<float>(section.firstSlab), static_cast<float>(end_));
+        told.tellTo(static_cast<float>(end_), light_);
     }
 
   private:
@@ -67,11 +61,6 @@ class PacketWalk {
         asked_.fill(0);
         end_ = section.endSlab();
     }
-    void walkFields(std::uint32_t from, std::uint32_t to) {
-        if (from < to && !packet_.hitFields().empty() && !light_.gone())
-            walkClear(static_cast<float>(from), static_cast<float>(to));
-    }
-
     struct StoredSample {
         Lanes way, density, integral, slope, red, green, blue;
     };
@@ -135,13 +124,29 @@ class PacketWalk {
             const double start = std::max(done, std::floor(clear / segment) * segment);
             const double stop = std::max(std::ceil(until / segment) * segment, start + 0.5 * segment);
             done = clear = std::min(stop, double{to});
-            const auto first = static_cast<float>(start), last = static_cast<float>(done);
-            if ((visible & (visible - 1)) == 0) {
-                march(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible), first, last);
-            } else {
-                mix(visible, first, last, nullptr);
-            }
+            walkSeen(visible, static_cast<float>(start), static_cast<float>(done));
             if (light_.gone()) return;
+        }
+    }
+
+    /// Likewise in some fields, of which something may be seen there.
+    HWY_INLINE void walkSeen(std::uint32_t visible, float from, float to) {
+        const bool alone = (visible & (visible - 1)) == 0;
+        const std::size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
+        // Who goes from cell to cell stops at borders on the way.
+        const bool byCells = alone && frame_.cellByCell && !isGrid(first);
+        while (from < to && !light_.gone()) {
+            float end = to;
+            if (told_ != nullptr && !byCells) {
+                told_->tellTo(from, light_);
+                end = std::min(end, told_->next());
+            }
+            if (alone) {
+                march(first, from, end);
+            } else {
+                mix(visible, from, end, nullptr);
+            }
+            from = end;
         }
     }
 
@@ -156,11 +161,18 @@ class PacketWalk {
             const DensitySource source = density(f);
             storeFront(f,
                        frame_.cellByCell
-                           ? marchCells(source, rays, lane_, front, to, light)
+                           ? marchDensities(source, rays, front, from, to, light)
                            : marchEvenly(source, rays, lane_, front, from, to, packet_.segment, light),
                        to);
         }
         light_ = light;
+    }
+    HWY_INLINE Sample marchDensities(const DensitySource& source, const PacketRays& rays, const Sample& front,
+                                     float from, float to, Light& light) const {
+        const V end = RayLanes(rays, lane_).way(hn::Set(Floats(), to));
+        if (told_ == nullptr) return marchCells(source, rays, lane_, front, end, light, NoStops{end});
+        return marchCells(source, rays, lane_, front, end, light,
+                          BorderStops(*told_, RayLanes(rays, lane_), from, to, light));
     }
     HWY_INLINE void marchGrid(std::size_t f, float from, float to, Light& light) {
         const PacketRays& rays = packet_.rays[f];
@@ -372,6 +384,7 @@ class PacketWalk {
     PacketSights& known_;
     std::array<std::size_t, Packet::mostFields> asked_;  // sights of each field
     Light light_;
+    ToldBorders* told_ = nullptr;  // null: nobody is told
     DotCursor dots_;
     std::array<FieldSight, Packet::mostFields> sights_;
     std::array<float, Packet::mostFields> frontAt_;  // slab of the front sample

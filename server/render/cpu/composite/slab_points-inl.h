@@ -67,7 +67,37 @@ class DotCursor {
 };
 
 /// n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far around their mean depth they
-/// are spread; a single one stays where it is.
+/// are spread; a single one stays where it is. Places are shares of the slab.
+struct SpreadPoints {
+    V tau;        ///< optical depth of all
+    V near, far;  ///< where they begin and end; the same where they are alone, also after rounding
+
+    /// As a PointCell has them, in a slab.
+    HWY_INLINE SpreadPoints(V weight, V moment, const FramePointLook& look, V slabNearest, V slabThickness) {
+        const Floats d;
+        const V one = hn::Set(d, 1.0F), zero = hn::Zero(d);
+        const V least = hn::Set(d, 1.0F / 64.0F);  // a slab's share that points are spread over at least
+        const V mean = hn::Div(moment, hn::Max(weight, hn::Set(d, 1e-30F)));
+        const V middle = hn::Min(hn::Max(mean, least), one);
+        tau = hn::Mul(weight, tauOfOne(look, slabNearest, slabThickness, mean));
+        const V spread = hn::IfThenElse(hn::Lt(weight, hn::Set(d, 1.5F)), zero,
+                                        hn::Div(hn::Sub(weight, one), hn::Add(weight, one)));
+        const V half = hn::Mul(spread, hn::Set(d, 0.5F));
+        near = hn::Max(hn::Sub(middle, half), zero);
+        far = hn::Min(hn::Add(middle, half), one);
+    }
+
+  private:
+    /// Of points that stand so far, a share, into the slab.
+    HWY_INLINE static V tauOfOne(const FramePointLook& look, V nearest, V thickness, V share) {
+        const V tau = hn::Set(Floats(), look.tau);
+        if (!look.byDepth) return tau;
+        const V depth = hn::MulAdd(share, thickness, nearest);
+        return hn::Div(tau, hn::Mul(depth, depth));
+    }
+};
+
+/// The points of all layers that a vector of rays meets in one slab.
 struct alignas(64) SlabPoints {
     // The lanes first: they are loaded as vectors, which must lie as the struct itself is aligned.
     std::array<Lanes, View::maxLayers> from, to;     ///< slabs; both -1 where a ray meets none
@@ -100,17 +130,10 @@ struct alignas(64) SlabPoints {
         static_assert(sizeof(PointCell) == 2 * sizeof(float));
         V weight, moment;
         hn::LoadInterleaved2(d, &cells->weight, weight, moment);
-        const V one = hn::Set(d, 1.0F), zero = hn::Zero(d);
-        const V least = hn::Set(d, 1.0F / 64.0F);  // a slab's share that points are spread over at least
-        const V mean = hn::Div(moment, hn::Max(weight, hn::Set(d, 1e-30F)));
-        const V middle = hn::Min(hn::Max(mean, least), one);
-        const V all = hn::Mul(weight, tauOfOne(look, depth, mean));
-        const V spread = hn::IfThenElse(hn::Lt(weight, hn::Set(d, 1.5F)), zero,
-                                        hn::Div(hn::Sub(weight, one), hn::Add(weight, one)));
-        const V half = hn::Mul(spread, hn::Set(d, 0.5F));
-        const V start = hn::Set(d, slab);
-        const V near = hn::Add(start, hn::Max(hn::Sub(middle, half), zero));
-        const V far = hn::Add(start, hn::Min(hn::Add(middle, half), one));
+        const SpreadPoints spread(weight, moment, look, hn::Set(d, depth.nearest),
+                                  hn::Set(d, depth.thickness));
+        const V zero = hn::Zero(d), start = hn::Set(d, slab), all = spread.tau;
+        const V near = hn::Add(start, spread.near), far = hn::Add(start, spread.far);
         const auto none = hn::Le(weight, zero);
         const auto alone = hn::Le(far, near);  // also where both are the same after rounding
         const V absent = hn::Set(d, -1.0F);
@@ -120,15 +143,6 @@ struct alignas(64) SlabPoints {
         hn::Store(hn::IfThenElse(alone, all, zero), d, single[count].data());
         hn::Store(all, d, tau[count].data());
         ++count;
-    }
-
-    /// Of points that stand so far, a share, into a slab.
-    HWY_INLINE static V tauOfOne(const FramePointLook& look, const SlabDepth& slab, V share) {
-        const Floats d;
-        const V tau = hn::Set(d, look.tau);
-        if (!look.byDepth) return tau;
-        const V depth = hn::MulAdd(share, hn::Set(d, slab.thickness), hn::Set(d, slab.nearest));
-        return hn::Div(tau, hn::Mul(depth, depth));
     }
 
     /// The nearest depth behind `at` where points begin or end; at most `end`.

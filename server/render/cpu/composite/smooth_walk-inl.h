@@ -14,35 +14,65 @@
 #include "server/render/cpu/composite/light-inl.h"
 #include "server/render/cpu/composite/packet.h"
 #include "server/render/cpu/composite/slab_points-inl.h"
-#include "server/render/cpu/composite/tile_lattice.h"
+#include "server/render/cpu/composite/told_nodes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// What is told at a share of the way from one place to another.
+HWY_INLINE Light between(const Light& from, const Light& to, V share) {
+    const auto mean = [&](V one, V other) HWY_ATTR { return hn::MulAdd(share, hn::Sub(other, one), one); };
+    Light light;
+    light.left = mean(from.left, to.left);
+    light.red = mean(from.red, to.red);
+    light.green = mean(from.green, to.green);
+    light.blue = mean(from.blue, to.blue);
+    return light;
+}
+
+/// What fields are between two places: as Matter, evenly spread.
+struct Evenly {
+    V tau, red, green, blue;
+
+    /// With u = (from - to) / (from + to) of what is left, tau = 2 artanh(u).
+    HWY_INLINE Evenly(const Light& from, const Light& to) {
+        const Floats d;
+        const V sum = hn::Max(hn::Add(from.left, to.left), hn::Set(d, 1e-12F));
+        const V one = hn::Div(hn::Set(d, 1.0F), sum),
+                taken = hn::Max(hn::Sub(from.left, to.left), hn::Zero(d));
+        const V u = hn::Mul(taken, one), square = hn::Mul(u, u);
+        V series = hn::MulAdd(square, hn::Set(d, 2.0F / 7.0F), hn::Set(d, 2.0F / 5.0F));
+        series = hn::MulAdd(square, series, hn::Set(d, 2.0F / 3.0F));
+        const V scale = hn::Mul(hn::MulAdd(square, series, hn::Set(d, 2.0F)), one);
+        tau = hn::Mul(taken, scale);
+        red = hn::Mul(hn::Sub(to.red, from.red), scale);
+        green = hn::Mul(hn::Sub(to.green, from.green), scale);
+        blue = hn::Mul(hn::Sub(to.blue, from.blue), scale);
+    }
+};
+
+/// The light of points of one layer, and of what the fields are where they are spread, as of what lets all
+/// light through that comes there. `passed`: by the points.
+HWY_INLINE void gatherMixed(V tau, const std::array<V, 3>& color, const Light& from, const Light& to,
+                            V& passed, Light& light) {
+    const Floats d;
+    const Evenly fields(from, to);
+    passed = expMinus(tau);
+    const V all = hn::Add(tau, fields.tau);
+    const V lost = hn::Sub(from.left, hn::Mul(passed, to.left));
+    const V share = hn::Div(lost, hn::Max(all, hn::Set(d, 1e-30F)));
+    light.red = hn::Mul(share, hn::MulAdd(tau, color[0], fields.red));
+    light.green = hn::Mul(share, hn::MulAdd(tau, color[1], fields.green));
+    light.blue = hn::Mul(share, hn::MulAdd(tau, color[2], fields.blue));
+}
+
 class SmoothWalk {
   public:
     /// `lane`: of the packet's pixels, the vector's first.
     HWY_INLINE SmoothWalk(const CompositeFrame& frame, const Packet& packet, const TileLattice& lattice,
-                          std::size_t lane)
-        : frame_(frame),
-          packet_(packet),
-          lattice_(lattice),
-          lane_(lane),
-          around_(lattice.around(packet.number)) {
-        const Floats d;
-        Lanes x, y;
-        for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
-            x[i] = around_.corner.x + (static_cast<float>(i % Tile::packetEdge) + 0.5F) * around_.pixel;
-            y[i] = around_.corner.y + (static_cast<float>(i / Tile::packetEdge) + 0.5F) * around_.pixel;
-        }
-        const std::array<V, 3> columns = parabola(hn::LoadU(d, x.data() + lane));
-        const std::array<V, 3> rows = parabola(hn::LoadU(d, y.data() + lane));
-        for (std::uint32_t k = 0; k < 9; ++k) {
-            weight_[k] = hn::Mul(columns[k % 3], rows[k / 3]);
-            nodes_[k] = &lattice.at(0, around_.first + (k / 3 * TileLattice::across + k % 3) * around_.step);
-        }
-    }
+                          const ToldNodes& nodes, std::size_t lane)
+        : frame_(frame), packet_(packet), lattice_(lattice), nodes_(nodes), lane_(lane) {}
 
     HWY_INLINE Light run() const {
         const Floats d;
@@ -69,30 +99,7 @@ class SmoothWalk {
     }
 
   private:
-    /// The weights of what stands at 0, 1 and 2.
-    HWY_INLINE static std::array<V, 3> parabola(V x) {
-        const Floats d;
-        const V half = hn::Set(d, 0.5F), one = hn::Set(d, 1.0F), two = hn::Set(d, 2.0F);
-        return {hn::Mul(hn::Mul(hn::Sub(x, one), hn::Sub(x, two)), half), hn::Mul(x, hn::Sub(two, x)),
-                hn::Mul(hn::Mul(x, hn::Sub(x, one)), half)};
-    }
-
-    /// What the fields give off and let through up to a border.
-    HWY_INLINE Light fieldsTo(std::size_t row) const {
-        const Floats d;
-        Light light;
-        light.left = hn::Zero(d);
-        for (std::size_t k = 0; k < 9; ++k) {
-            const TileLattice::Told& node = nodes_[k][row];
-            light.left = hn::MulAdd(weight_[k], hn::Set(d, node[0]), light.left);
-            light.red = hn::MulAdd(weight_[k], hn::Set(d, node[1]), light.red);
-            light.green = hn::MulAdd(weight_[k], hn::Set(d, node[2]), light.green);
-            light.blue = hn::MulAdd(weight_[k], hn::Set(d, node[3]), light.blue);
-        }
-        // A parabola may lead beyond what can be.
-        light.left = hn::Min(hn::Max(light.left, hn::Zero(d)), hn::Set(d, 1.0F));
-        return light;
-    }
+    HWY_INLINE Light fieldsTo(std::size_t row) const { return nodes_.at(row, lane_); }
 
     /// The light of fields between two borders, behind points that let so much through.
     HWY_INLINE static void addFields(V through, const Light& from, const Light& to, Light& light) {
@@ -122,55 +129,19 @@ class SmoothWalk {
         }
     }
 
-    HWY_INLINE static Light between(const Light& from, const Light& to, V share) {
-        const auto mean = [&](V one, V other)
-                              HWY_ATTR { return hn::MulAdd(share, hn::Sub(other, one), one); };
-        Light light;
-        light.left = mean(from.left, to.left);
-        light.red = mean(from.red, to.red);
-        light.green = mean(from.green, to.green);
-        light.blue = mean(from.blue, to.blue);
-        return light;
-    }
-
-    /// What fields are between two places: as Matter, evenly spread.
-    struct Evenly {
-        V tau, red, green, blue;
-
-        /// With u = (from - to) / (from + to) of what is left, tau = 2 artanh(u).
-        HWY_INLINE Evenly(const Light& from, const Light& to) {
-            const Floats d;
-            const V sum = hn::Max(hn::Add(from.left, to.left), hn::Set(d, 1e-12F));
-            const V one = hn::Div(hn::Set(d, 1.0F), sum),
-                    taken = hn::Max(hn::Sub(from.left, to.left), hn::Zero(d));
-            const V u = hn::Mul(taken, one), square = hn::Mul(u, u);
-            V series = hn::MulAdd(square, hn::Set(d, 2.0F / 7.0F), hn::Set(d, 2.0F / 5.0F));
-            series = hn::MulAdd(square, series, hn::Set(d, 2.0F / 3.0F));
-            const V scale = hn::Mul(hn::MulAdd(square, series, hn::Set(d, 2.0F)), one);
-            tau = hn::Mul(taken, scale);
-            red = hn::Mul(hn::Sub(to.red, from.red), scale);
-            green = hn::Mul(hn::Sub(to.green, from.green), scale);
-            blue = hn::Mul(hn::Sub(to.blue, from.blue), scale);
-        }
-    };
-
     /// Points of one layer among what the fields are where they are spread.
     HWY_INLINE static void addMixed(const SlabPoints& points, const Light& from, const Light& to, V& through,
                                     Light& light) {
         const Floats d;
-        const V tau = hn::Load(d, points.tau[0].data());
-        const Evenly fields(from, to);
-        Matter matter;
-        matter.add(tau, hn::Load(d, points.color[0][0]), hn::Load(d, points.color[0][1]),
-                   hn::Load(d, points.color[0][2]));
-        const V passed = hn::Mul(through, expMinus(tau));
-        const V all = hn::Add(tau, fields.tau);
-        const V lost = hn::Sub(hn::Mul(through, from.left), hn::Mul(passed, to.left));
-        const V share = hn::Div(lost, hn::Max(all, hn::Set(d, 1e-30F)));
-        light.red = hn::MulAdd(share, hn::Add(matter.red, fields.red), light.red);
-        light.green = hn::MulAdd(share, hn::Add(matter.green, fields.green), light.green);
-        light.blue = hn::MulAdd(share, hn::Add(matter.blue, fields.blue), light.blue);
-        through = passed;
+        const auto color = [&](std::size_t c) HWY_ATTR { return hn::Load(d, points.color[0][c]); };
+        Light mixed;
+        V passed;
+        gatherMixed(hn::Load(d, points.tau[0].data()), {color(0), color(1), color(2)}, from, to, passed,
+                    mixed);
+        light.red = hn::MulAdd(through, mixed.red, light.red);
+        light.green = hn::MulAdd(through, mixed.green, light.green);
+        light.blue = hn::MulAdd(through, mixed.blue, light.blue);
+        through = hn::Mul(through, passed);
     }
 
     /// Points of several layers, with cuts where those of each begin and end.
@@ -205,10 +176,8 @@ class SmoothWalk {
     const CompositeFrame& frame_;
     const Packet& packet_;
     const TileLattice& lattice_;
+    const ToldNodes& nodes_;
     const std::size_t lane_;
-    const TileLattice::Around around_;
-    std::array<V, 9> weight_;                        // of the nodes around
-    std::array<const TileLattice::Told*, 9> nodes_;  // of each the first of its rows
 };
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace mote::render {
@@ -77,18 +78,25 @@ TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const
     }
     for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
         if (occupied[slab] == 0) continue;
-        if (borders_.empty() || borders_.back() != slab) borders_.push_back(slab);
+        addBorder(slab);
         rows_[slab] = static_cast<std::uint32_t>(borders_.size() - 1);
-        borders_.push_back(slab + 1);
+        addBorder(slab + 1);
         occupiedRows_.push_back(rows_[slab]);
     }
-    if (borders_.empty() || borders_.back() != frame.slabs) borders_.push_back(frame.slabs);
-    told_ = std::make_unique_for_overwrite<Told[]>(borders_.size() * nodes);
+    addBorder(frame.slabs);
+    rowCount_ = borders_.size();
+    borders_.push_back(std::numeric_limits<float>::max());
+    told_ = std::make_unique_for_overwrite<Told[]>(rowCount_ * nodes);
     const std::uint32_t edge = squareSteps * step_;
     for (std::uint32_t y = 0; y + edge < across; y += edge) {
         for (std::uint32_t x = 0; x + edge < across; x += edge) squares_.push_back({x, y});
     }
     wantNodes();
+}
+
+void TileLattice::addBorder(std::uint32_t slab) {
+    const auto border = static_cast<float>(slab);
+    if (borders_.empty() || borders_.back() != border) borders_.push_back(border);
 }
 
 PacketPlaces TileLattice::places(std::span<const std::uint32_t> some) const {
@@ -112,6 +120,7 @@ void TileLattice::wantNodes() {
 }
 
 void TileLattice::judge() {
+    for (const std::uint32_t node : wanted_) thin_[node] = thinAt(node);
     std::vector<Square> refused;
     for (const auto& square : squares_) {
         const std::uint32_t agreed = quadrantsAgreeing(square.x, square.y, step_);
@@ -130,14 +139,24 @@ void TileLattice::judge() {
     wantNodes();
 }
 
-/// Whether so little is lost between the borders of slabs with points that it is lost evenly there.
+/// Whether so little of a node's light is lost between the borders of slabs with points that it is lost
+/// evenly there.
+bool TileLattice::thinAt(std::uint32_t node) const {
+    const Told* const told = &at(0, node);
+    const auto allowed = [](float front) { return mostLost * front + leastLost; };
+    // Light only becomes less: what holds of all of it holds of each part.
+    const float end = told[lastRow()][0];
+    if (told[0][0] - end <= allowed(end)) return true;
+    return std::none_of(occupiedRows_.begin(), occupiedRows_.end(), [&](std::uint32_t row) {
+        const float front = told[row][0];
+        return front - told[row + 1][0] > allowed(front);
+    });
+}
+
+/// Whether all nodes of a part are.
 bool TileLattice::thin(const Square& part) const {
     for (std::uint32_t k = 0; k < 9; ++k) {
-        const std::uint32_t node = latticeNode(part.x + k % 3 * step_, part.y + k / 3 * step_);
-        for (const std::uint32_t row : occupiedRows_) {
-            const float front = at(row, node)[0];
-            if (front - at(row + 1, node)[0] > mostLost * front + leastLost) return false;
-        }
+        if (!thin_[latticeNode(part.x + k % 3 * step_, part.y + k / 3 * step_)]) return false;
     }
     return true;
 }
@@ -163,20 +182,32 @@ TileLattice::Around TileLattice::around(std::uint32_t packet) const {
 /// Whether a node is what follows from others, as nearly as is allowed of those twice as far apart as they
 /// are to be.
 bool TileLattice::agrees(std::uint32_t node, const Following& following) const {
+    return following.count == 3 ? agreesBy<3>(node, following) : agreesBy<9>(node, following);
+}
+
+template <std::size_t count>
+bool TileLattice::agreesBy(std::uint32_t node, const Following& following) const {
     const Told& end = at(lastRow(), node);
     Told allowed;
     for (std::size_t i = 0; i < end.size(); ++i)
         allowed[i] = allowedOfTwice * (darkError + (i == 0 ? 0.0F : lightError * end[i]));
     const Four mayBeOff = four(allowed), slope{allowedOfTwice * leftError, 0.0F, 0.0F, 0.0F};
-    std::array<const Told*, 9> others{};
-    for (std::size_t k = 0; k < following.count; ++k) others[k] = &at(0, following.nodes[k]);
+    std::array<const Told*, count> others;
+    std::array<Four, count> weights;
+    for (std::size_t k = 0; k < count; ++k) {
+        others[k] = &at(0, following.nodes[k]);
+        weights[k] = Four{} + following.weight[k];
+    }
     const Told* const own = &at(0, node);
-    for (std::size_t row = 0; row < borders_.size(); ++row) {
-        Four followed{};
-        for (std::size_t k = 0; k < following.count; ++k)
-            followed += following.weight[k] * four(others[k][row]);
-        const Four here = four(own[row]), off = here - followed, most = mayBeOff + slope * here;
-        const auto tooFar = (off > most) | (-off > most);
+    constexpr std::size_t together = 8;  // rows, of which all are looked at before any is refused
+    for (std::size_t row = 0; row < rowCount_;) {
+        auto tooFar = Four{} > Four{};
+        for (const std::size_t last = std::min(row + together, rowCount_); row < last; ++row) {
+            Four followed{};
+            for (std::size_t k = 0; k < count; ++k) followed += weights[k] * four(others[k][row]);
+            const Four here = four(own[row]), off = here - followed, most = mayBeOff + slope * here;
+            tooFar |= (off > most) | (-off > most);
+        }
         if ((tooFar[0] | tooFar[1] | tooFar[2] | tooFar[3]) != 0) return false;
     }
     return true;

@@ -31,15 +31,16 @@ class TileLattice {
     /// For points of these cells, or none.
     TileLattice(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points);
 
-    /// The borders of slabs that are to be told, ascending: those around slabs with points, and the last.
-    std::span<const std::uint32_t> borders() const { return borders_; }
+    /// The borders of slabs that are to be told, ascending: those around slabs with points, and the last; and
+    /// one that lies beyond all.
+    const float* borders() const { return borders_.data(); }
     /// The nodes that are to be walked now.
     std::span<const std::uint32_t> wanted() const { return wanted_; }
     /// Where up to as many nodes as a packet has pixels are; the last is repeated.
     PacketPlaces places(std::span<const std::uint32_t> some) const;
     /// `row`: of borders. Those of a node lie one after another.
-    Told& at(std::size_t row, std::uint32_t node) { return told_[node * borders_.size() + row]; }
-    const Told& at(std::size_t row, std::uint32_t node) const { return told_[node * borders_.size() + row]; }
+    Told& at(std::size_t row, std::uint32_t node) { return told_[node * rowCount_ + row]; }
+    const Told& at(std::size_t row, std::uint32_t node) const { return told_[node * rowCount_ + row]; }
 
     /// To be called when all wanted nodes are told: others may be wanted then.
     void judge();
@@ -57,7 +58,7 @@ class TileLattice {
     bool blank(std::uint32_t packet) const;
     /// Of the border before a slab with points; that behind it has the next one.
     std::size_t row(std::uint32_t slab) const { return rows_[slab]; }
-    std::size_t lastRow() const { return borders_.size() - 1; }
+    std::size_t lastRow() const { return rowCount_ - 1; }
 
   private:
     struct Following;
@@ -65,18 +66,25 @@ class TileLattice {
         std::uint32_t x, y;  // its first node
     };
 
+    void addBorder(std::uint32_t slab);
     void wantNodes();
+    bool thinAt(std::uint32_t node) const;
     bool thin(const Square& part) const;
     void agree(const Square& part);
     std::uint32_t quadrantsAgreeing(std::uint32_t x, std::uint32_t y, std::uint32_t step) const;
     bool agrees(std::uint32_t node, const Following& following) const;
+    template <std::size_t count>
+    bool agreesBy(std::uint32_t node, const Following& following) const;
 
     const Tile tile_;
-    std::vector<std::uint32_t> borders_, wanted_;
+    std::vector<float> borders_;  // slabs
+    std::size_t rowCount_;        // of them, without the one beyond all
+    std::vector<std::uint32_t> wanted_;
     std::vector<std::uint32_t> rows_;          // by slab
     std::vector<std::uint32_t> occupiedRows_;  // of the slabs with points
     std::unique_ptr<Told[]> told_;             // [node][row]
     std::array<bool, nodes> known_{};          // or wanted
+    std::array<bool, nodes> thin_{};           // of those that were told: see thinAt()
     // Of this round: nodes so far apart, in these squares of 5 x 5 of them.
     std::uint32_t step_;
     std::vector<Square> squares_;
