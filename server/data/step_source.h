@@ -24,6 +24,14 @@ class RunSource {
     /// `dataset` as in the catalogue. The same run as long as the dataset is the same. Errors: notFound,
     /// invalidArgument (it is no particle plot).
     virtual Result<std::shared_ptr<const storage::RunSteps>> run(const std::string& dataset) = 0;
+    /// What is drawn, as StepSource has it, where questions are of that. Errors: as there; unsupported by who
+    /// has runs alone.
+    virtual Result<storage::Catalogue::Entry> dataset(const std::string& name) {
+        return Error{ErrorCode::unsupported, "dataset", "of " + name + " only the run is here"};
+    }
+    virtual Result<Resident> resident(const AnyLoadable& what) {
+        return Error{ErrorCode::unsupported, "dataset", "of " + what.dataset.name + " only the run is here"};
+    }
 };
 
 class StepSource {

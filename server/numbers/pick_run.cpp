@@ -4,15 +4,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <glm/matrix.hpp>
+#include <thread>
 
+#include "protocol/scene/ink_style.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/plot_density.h"
 #include "protocol/scene/space/metres.h"
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/view_parts.h"
+#include "server/data/load_hybrid.h"
+#include "server/data/load_mesh.h"
 #include "server/numbers/nearest_point.h"
 #include "server/numbers/query_run.h"
+#include "server/render/layers/ink/ink_data.h"
+#include "server/render/layers/ink/lower_ink.h"
+#include "server/render/plan/frame_plan.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/storage_error.h"
 
@@ -33,10 +42,15 @@ class PickRun final : public QueryRun {
                 const auto status = lookAt(i, cancelled);
                 MOTE_RETURN_IF_ERROR(status, fmt::format("query.pick.view.layers[{}]", i));
             }
+            for (std::size_t i = 0; i < view_.layers.size() && !layer_; ++i) {
+                const auto status = lookAtDrawing(i, cancelled);
+                MOTE_RETURN_IF_ERROR(status, fmt::format("query.pick.view.layers[{}]", i));
+            }
             QueryAnswer answer;
             answer.message.set_last(true);
             auto& picked = *answer.message.mutable_picked();
             if (layer_) MOTE_RETURN_IF_ERROR(tell(answer.message, picked));
+            if (drawn_ && !layer_) tellDrawn(picked);
             return answer;
         } catch (const storage::StorageError& error) {
             return error.error();
@@ -70,6 +84,80 @@ class PickRun final : public QueryRun {
         return success();
     }
 
+    struct Drawn {
+        std::size_t layer;
+        double depth;
+        glm::dvec3 position;  ///< layer space
+    };
+
+    /// Of drawings in ink that which is nearest at the place itself.
+    Status lookAtDrawing(std::size_t index, const Cancelled& cancelled) {
+        const auto& layer = view_.layers[index];
+        if (layer.ink() == nullptr || !(layer.opacity > 0.0)) return success();
+        MOTE_ASSIGN_OR_RETURN(const auto entry, context_.runs.dataset(layer.dataset));
+        MOTE_ASSIGN_OR_RETURN(const auto data, drawnOf(entry, layer, cancelled));
+        MOTE_ASSIGN_OR_RETURN(const auto transform, placeOf(layer, *entry.manifest));
+        render::FramePlan plan;
+        plan.width = view_.width;
+        plan.height = view_.height;
+        plan.camera = view_.camera;
+        const auto depth =
+            render::depthAt(data, transform, inkStyleOf(*layer.ink()), plan, {place_.x, place_.y});
+        if (!depth || (drawn_ && drawn_->depth <= *depth)) return success();
+        drawn_ = Drawn{index, *depth, inLayer(transform, *depth)};
+        return success();
+    }
+
+    /// What a drawing is of. Errors: of its files; invalidArgument (of another kind); cancelled.
+    Result<render::InkData> drawnOf(const storage::Catalogue::Entry& entry, const Layer& layer,
+                                    const Cancelled& cancelled) const {
+        render::Scene scene;
+        scene.view.layers = {layer};
+        const auto& kind = entry.manifest->kind();
+        if (kind == "mesh") {
+            MOTE_ASSIGN_OR_RETURN(auto mesh, loaded(meshSurface(entry, layer.clips()), cancelled));
+            scene.meshes.push_back(std::move(mesh));
+        } else if (kind == "particles") {
+            MOTE_ASSIGN_OR_RETURN(auto density, loaded(stepDensity(entry, layer.step), cancelled));
+            scene.densities.push_back(std::move(density));
+        } else {
+            MOTE_ASSIGN_OR_RETURN(
+                auto volume, loaded(hybridStep(entry, layer.step, HybridRepresentation::best), cancelled));
+            scene.hybrids.push_back(std::move(volume));
+        }
+        return render::inkDataOf(scene, 0);
+    }
+
+    /// Waits for what pictures have in memory, which nobody says to a question when it comes.
+    template <class T>
+    Result<std::shared_ptr<const T>> loaded(const Result<Loadable<T>>& what,
+                                            const Cancelled& cancelled) const {
+        constexpr std::chrono::milliseconds pause{10};
+        constexpr int most = 3000;
+        MOTE_RETURN_IF_ERROR(what);
+        for (int i = 0; i < most; ++i) {
+            MOTE_ASSIGN_OR_RETURN(const auto found, context_.runs.resident(*what));
+            if (found.value) return std::static_pointer_cast<const T>(found.value);
+            if (cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+            std::this_thread::sleep_for(pause);
+        }
+        return Error{ErrorCode::resourceExhausted, "dataset", "it did not come into memory in time"};
+    }
+
+    /// What lies so deep at the place.
+    glm::dvec3 inLayer(const glm::dmat4& transform, double depth) const {
+        const double half = view_.camera.halfHeight() * (view_.camera.perspective() ? depth : 1.0);
+        const glm::dvec4 inEye((2.0 * place_.x / view_.width - 1.0) * view_.aspect() * half,
+                               (1.0 - 2.0 * place_.y / view_.height) * half, -depth, 1.0);
+        return glm::dvec3(glm::inverse(view_.camera.worldToEye() * transform) * inEye);
+    }
+
+    void tellDrawn(proto::Picked& picked) const {
+        picked.set_found(true);
+        picked.set_layer(static_cast<std::uint32_t>(drawn_->layer));
+        for (int axis = 0; axis < 3; ++axis) picked.add_position(drawn_->position[axis]);
+    }
+
     /// What of a leaf's points is drawn, of so many points of a layer: what the view says, or its plot.
     static Curve drawnFraction(ParticlesStyle style, const proto::ParticlesManifest& manifest,
                                const Layer& layer, std::uint64_t points) {
@@ -100,6 +188,12 @@ class PickRun final : public QueryRun {
         return success();
     }
 
+    Result<glm::dmat4> placeOf(const Layer& layer, const proto::Manifest& manifest) const {
+        if (!view_.metres) return layer.transform;
+        return layerToWorld(layer, *view_.metres, [&](const std::string& name, std::uint32_t step) {
+            return placeInMetres(manifest, step, name);
+        });
+    }
     /// Layer to world.
     Result<glm::dmat4> placeOf(const Layer& layer, const proto::ParticlesManifest& plot) const {
         if (!view_.metres) return layer.transform;
@@ -140,6 +234,7 @@ class PickRun final : public QueryRun {
     const double radius_;
     NearestPoint best_;
     std::optional<std::size_t> layer_;  // of the best
+    std::optional<Drawn> drawn_;        // where there is no point
     SelectionResults::Run run_;         // likewise
     storage::StepNumbers numbers_;      // likewise
 };

@@ -205,6 +205,13 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data,
     return made;
 }
 
+std::optional<double> depthAt(const InkData& data, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, glm::dvec2 at) {
+    if (const auto* const mesh = std::get_if<std::shared_ptr<const MeshSurface>>(&data))
+        return depthAt(**mesh, transform, style, plan, at);
+    return depthAt(std::get<InkVolume>(data), transform, style, plan, at);
+}
+
 void lowerInk(const Layer& layer, const InkStyle& style, const InkData& data, InkMemory* memory,
               Lowering& out) {
     auto ink = inkOf(layer, style, data, out.plan, out.pixels, out.stop, memory);

@@ -4,7 +4,9 @@
 // (docs/INK.md).
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <memory>
+#include <optional>
 
 #include "server/render/ink/ink_memory.h"
 #include "server/render/layers/ink/ink_data.h"
@@ -26,6 +28,11 @@ struct InkDrawing {
 /// any number of them. If `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory = nullptr);
+
+/// The depth of what a drawing shows at a place of the plan's picture, in pixels from its upper left corner;
+/// nothing where it shows none.
+std::optional<double> depthAt(const InkData& data, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, glm::dvec2 at);
 
 /// As inkOf.
 void lowerInk(const Layer& layer, const InkStyle& style, const InkData& data, InkMemory* memory,

@@ -263,4 +263,18 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
     return made;
 }
 
+std::optional<double> depthAt(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, glm::dvec2 at) {
+    const MeshStyle mesh = white(style);
+    const MeshSight sight(plan, transform, mesh, surface, 1.0);
+    std::array<MeshRay, MeshRays::packet> rays{};
+    std::array<MeshMeeting, MeshRays::packet> met;
+    const auto ray = sight.through(at.x, at.y);
+    rays[0] = ray.inLayer;
+    surface.rays().first(rays, met);
+    if (met[0].triangle == MeshMeeting::none) return std::nullopt;
+    const auto hit = sight.hit(ray, met[0]);
+    return hit ? std::optional(hit->depth) : std::nullopt;
+}
+
 }  // namespace mote::render

@@ -4,6 +4,8 @@
 // threads work at it.
 #pragma once
 
+#include <glm/vec2.hpp>
+#include <optional>
 #include <stop_token>
 
 #include "protocol/scene/ink_style.h"
@@ -27,5 +29,10 @@ struct MeshModalities {
 /// nearest place.
 MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
                             const FramePlan& plan, const std::stop_token& stop);
+
+/// Of the surface that is seen at a place of the plan's picture, in pixels from its upper left corner, the
+/// depth; nothing where none is.
+std::optional<double> depthAt(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, glm::dvec2 at);
 
 }  // namespace mote::render

@@ -203,4 +203,13 @@ VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transfo
     return made;
 }
 
+std::optional<double> depthAt(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, glm::dvec2 at) {
+    const VolumeRays rays(volume, transform, style.light, plan);
+    if (!rays.any()) return std::nullopt;
+    VolumeRays::Scratch scratch;
+    const auto seen = rays.look(at.x, at.y, leastOpacity, scratch);
+    return seen.opacity >= leastOpacity ? std::optional(seen.depth) : std::nullopt;
+}
+
 }  // namespace mote::render

@@ -5,6 +5,8 @@
 // it.
 #pragma once
 
+#include <glm/vec2.hpp>
+#include <optional>
 #include <stop_token>
 
 #include "protocol/scene/ink_style.h"
@@ -31,5 +33,9 @@ struct VolumeModalities {
 /// of a ray is absorbed, nor in the rims of surfaces (rimsOf).
 VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
                               const FramePlan& plan, const std::stop_token& stop);
+
+/// As depthAt() of meshes.
+std::optional<double> depthAt(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, glm::dvec2 at);
 
 }  // namespace mote::render
