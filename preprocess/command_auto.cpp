@@ -29,6 +29,7 @@ commands of the kinds take: particles, volume, mesh, image.)";
 
 struct AutoArguments {
     std::string input, output, title;
+    int progressDescriptor = -1;
     JobResources resources;
 };
 
@@ -104,6 +105,8 @@ int makeDots(const CommandLine& line, const AutoChoice& choice, const OutputName
 int runAuto(const CommandLine& line, const AutoArguments& options) {
     const auto output = outputName(options.output);
     if (!output.ok()) return fail(line, output.error());
+    const auto progress = checkProgressDescriptor(options.progressDescriptor);
+    if (!progress.ok()) return fail(line, progress.error());
     auto view = beginView(*output);
     if (!view.ok()) return fail(line, view.error());
     auto choice = choose(line, options);
@@ -111,8 +114,9 @@ int runAuto(const CommandLine& line, const AutoArguments& options) {
     choice->request.set_output(options.output);
     choice->request.set_title(options.title);
     if (const int status = makeDots(line, *choice, *output, options.resources)) return status;
-    const int status = runAndPrint(line, choice->request, {}, options.resources, {},
-                                   said(*choice, output->beside(".view.json")));
+    const int status =
+        runAndPrint(line, choice->request, {}, options.resources, {options.progressDescriptor, {}, {}},
+                    said(*choice, output->beside(".view.json")));
     if (status != 0) return status;
     const Status written = writeScript(viewOf(*choice, *output), *view);
     return written.ok() ? 0 : fail(line, written.error());
@@ -128,6 +132,7 @@ void addAutoCommand(const cli::Command& program, CommandLine& line) {
         .required()
         .valueName("DIR/NAME.mote");
     command.option("--title", options->title, "Name shown by viewers").valueName("TEXT");
+    addProgressOption(command, options->progressDescriptor);
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(autoExamples);

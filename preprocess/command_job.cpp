@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fcntl.h>
 
 #include <memory>
 
@@ -25,9 +24,8 @@ struct JobArguments {
 };
 
 int runJob(const CommandLine& line, const JobArguments& options) {
-    if (options.progressDescriptor >= 0 && ::fcntl(options.progressDescriptor, F_GETFD) < 0) {
-        return fail(line, {ErrorCode::invalidArgument, "--progress-fd", "is not an open descriptor"});
-    }
+    const auto progress = checkProgressDescriptor(options.progressDescriptor);
+    if (!progress.ok()) return fail(line, progress.error());
     const auto roots = storage::Roots::parse(options.roots);
     if (!roots.ok()) return fail(line, roots.error());
     proto::JobRequest request;
@@ -46,9 +44,7 @@ void addJobCommand(const cli::Command& program, CommandLine& line) {
     command.option("--root", options->roots, "A folder that names may begin with; may be repeated")
         .repeatable()
         .valueName("NAME=DIR");
-    command.option("--progress-fd", options->progressDescriptor, "Write progress as JSON lines")
-        .range(0, 1 << 20)
-        .valueName("N");
+    addProgressOption(command, options->progressDescriptor);
     command
         .option("--output", options->output, "The file to make, of a request that has no output: an export")
         .valueName("FILE");

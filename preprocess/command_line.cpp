@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/command_line.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sysexits.h>
 
@@ -189,6 +190,17 @@ cli::Option fieldOption(const cli::Command& command, pb::Message& message, const
             MOTE_CHECK(place.field().cpp_type() == pb::FieldDescriptor::CPPTYPE_STRING);
             return place.option<std::string>(command, known, help, &R::SetString, &R::AddString);
     }
+}
+
+void addProgressOption(const cli::Command& command, int& descriptor) {
+    command.option("--progress-fd", descriptor, "Write progress as JSON lines")
+        .range(0, 1 << 20)
+        .valueName("N");
+}
+
+Status checkProgressDescriptor(int descriptor) {
+    if (descriptor < 0 || ::fcntl(descriptor, F_GETFD) >= 0) return success();
+    return invalid("--progress-fd", "is not an open descriptor");
 }
 
 void addResourceOptions(const cli::Command& command, JobResources& resources) {

@@ -39,6 +39,10 @@ void addJobCommand(const cli::Command& program, CommandLine& line);
 
 /// --json and --quiet.
 void addOutputFlags(const cli::Command& command, CommandLine& line);
+/// --progress-fd: an open descriptor, on which each change of progress is a line of JSON.
+void addProgressOption(const cli::Command& command, int& descriptor);
+/// Errors: invalidArgument, at the option.
+Status checkProgressDescriptor(int descriptor);
 /// --threads and --memory.
 void addResourceOptions(const cli::Command& command, JobResources& resources);
 
