@@ -74,16 +74,23 @@ std::filesystem::path serverBesideUs() {
 Result<std::unique_ptr<PrivateServer>> PrivateServer::start(std::string_view owner,
                                                             const ServerCommand& command,
                                                             const Interrupt& interrupt) {
-    if (::access(command.program.c_str(), X_OK) != 0) {
-        return Error{ErrorCode::notFound, command.program.string(), "there is no server to start here"};
-    }
-    std::unique_ptr<PrivateServer> server(new PrivateServer(owner));
-    MOTE_RETURN_IF_ERROR(server->launch(command, interrupt));
+    MOTE_ASSIGN_OR_RETURN(auto server, launch(owner, command, interrupt));
     MOTE_RETURN_IF_ERROR(server->waitUntilReady(interrupt));
     return server;
 }
 
-Status PrivateServer::launch(const ServerCommand& command, const Interrupt& interrupt) {
+Result<std::unique_ptr<PrivateServer>> PrivateServer::launch(std::string_view owner,
+                                                             const ServerCommand& command,
+                                                             const Interrupt& interrupt) {
+    if (::access(command.program.c_str(), X_OK) != 0) {
+        return Error{ErrorCode::notFound, command.program.string(), "there is no server to start here"};
+    }
+    std::unique_ptr<PrivateServer> server(new PrivateServer(owner));
+    MOTE_RETURN_IF_ERROR(server->execute(command, interrupt));
+    return server;
+}
+
+Status PrivateServer::execute(const ServerCommand& command, const Interrupt& interrupt) {
     std::error_code code;
     std::filesystem::create_directory(folder_.path() / "state", code);
     auto texts = commandLine(command, folder_.path(), connectionFile());

@@ -52,6 +52,10 @@ class PrivateServer {
     /// program), internal with what the server said, cancelled (interrupted).
     static Result<std::unique_ptr<PrivateServer>> start(std::string_view owner, const ServerCommand& command,
                                                         const Interrupt& interrupt);
+    /// The same in two parts, between which it starts by itself.
+    static Result<std::unique_ptr<PrivateServer>> launch(std::string_view owner, const ServerCommand& command,
+                                                         const Interrupt& interrupt);
+    Status waitUntilReady(const Interrupt& interrupt);
     /// SIGTERM, after 15 s SIGKILL; then its folder is removed.
     ~PrivateServer();
     PrivateServer(const PrivateServer&) = delete;
@@ -65,8 +69,7 @@ class PrivateServer {
 
   private:
     explicit PrivateServer(std::string_view owner) : folder_(owner) {}
-    Status launch(const ServerCommand& command, const Interrupt& interrupt);
-    Status waitUntilReady(const Interrupt& interrupt);
+    Status execute(const ServerCommand& command, const Interrupt& interrupt);
     std::filesystem::path logFile() const { return folder_.path() / "log"; }
     Error died() const;
 

@@ -14,12 +14,14 @@ namespace mote::client {
 namespace {
 
 /// What the mouse does on the picture.
-constexpr std::array<std::pair<const char*, const char*>, 8> mouseHelp{
+constexpr std::array<std::pair<const char*, const char*>, 10> mouseHelp{
     {{"drag", "turn about what is under the pointer"},
      {"Shift-drag", "roll"},
      {"right drag, middle drag", "move along"},
      {"wheel", "go there, or away"},
      {"Ctrl-wheel", "another angle of sight"},
+     {"W A S D Q E", "while flying: there, aside, down and up"},
+     {"drag, wheel", "while flying: look, speed"},
      {"Ctrl-click", "pick a particle"},
      {"click on the triad", "look along that axis"},
      {"right click on a knot", "remove it"}}};

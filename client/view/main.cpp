@@ -71,6 +71,16 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     return options;
 }
 
+/// One of our own is ready, if the options want one.
+Status awaitServer(ViewOptions& options) {
+    if (options.spawn.empty()) return success();
+    if (!options.server) MOTE_RETURN_IF_ERROR(startServer(options));
+    const Interrupt interrupt;  // while it starts
+    MOTE_RETURN_IF_ERROR(options.server->waitUntilReady(interrupt));
+    options.connection = options.server->connectionFile();
+    return success();
+}
+
 }  // namespace
 }  // namespace mote::client
 
@@ -80,17 +90,9 @@ int main(int argc, char** argv) {
         const auto parsed = parseViewOptions(argc, argv);
         if (const int* status = std::get_if<int>(&parsed)) return *status;
         auto options = std::get<ViewOptions>(parsed);
-        std::unique_ptr<PrivateServer> server;  // outlives the viewer
-        if (!options.spawn.empty()) {
-            const Interrupt interrupt;  // while it starts
-            auto started =
-                PrivateServer::start("mote-view", {serverBesideUs(), options.spawn, {}, 0}, interrupt);
-            if (!started.ok()) {
-                mote::complain("mote-view", started.error().toString());
-                return 1;
-            }
-            server = *std::move(started);
-            options.connection = server->connectionFile();
+        if (const auto served = awaitServer(options); !served.ok()) {
+            mote::complain("mote-view", served.error().toString());
+            return 1;
         }
         Viewer viewer(options);
         if (!viewer.loaded().ok()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/over_picture.h"
 
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -118,6 +119,35 @@ std::optional<AxisEnd> drawTriad(const Camera& camera, const std::array<std::str
         if (over && clicked) chosen = end;
     }
     return chosen;
+}
+
+bool drawMaking(const PictureArea& area, const std::string& what, double progress, const std::string& phase) {
+    const float inset = 14.0F * area.scale;
+    ImGui::SetNextWindowPos({area.left + 0.5F * area.width, area.top + area.height - inset}, ImGuiCond_Always,
+                            {0.5F, 1.0F});
+    ImGui::SetNextWindowSize({std::min(420.0F * area.scale, area.width), 0.0F});
+    ImGui::Begin(
+        "making", nullptr,
+        ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoFocusOnAppearing);
+    text(what);
+    const auto done = fmt::format("{:.0f}%  {}", 100.0 * progress, phase);
+    ImGui::ProgressBar(static_cast<float>(progress), {-80.0F * area.scale, 0.0F}, done.c_str());
+    ImGui::SameLine();
+    const bool cancelled = ImGui::Button("Cancel");
+    ImGui::End();
+    return cancelled;
+}
+
+void drawSign(const PictureArea& area, const std::string& said) {
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const float inset = 12.0F * area.scale, half = 0.5F * inset;
+    const float wrap = std::max(area.width - 4.0F * inset, 1.0F);
+    const ImVec2 size = ImGui::CalcTextSize(said.c_str(), nullptr, false, wrap);
+    const ImVec2 at{area.left + 0.5F * (area.width - size.x), area.top + 14.0F * area.scale};
+    draw.AddRectFilled({at.x - inset, at.y - half}, {at.x + size.x + inset, at.y + size.y + half},
+                       IM_COL32(20, 24, 32, 220), 8.0F * area.scale);
+    draw.AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, IM_COL32(235, 240, 250, 255), said.c_str(),
+                 nullptr, wrap);
 }
 
 }  // namespace mote::client

@@ -54,6 +54,12 @@ class Notes {
 /// Draws what is wrong in the middle above, in a window of this name; what the user chose is done after that.
 void drawWrong(const char* name, const PictureArea& area, const std::vector<Note>& wrong);
 
+/// Draws below the middle what is being made, and how far that is, 0 to 1; true: the user wants none of it.
+bool drawMaking(const PictureArea& area, const std::string& what, double progress, const std::string& phase);
+
+/// Draws above the picture what the hand does in place of turning it.
+void drawSign(const PictureArea& area, const std::string& said);
+
 /// A side of what is shown: an axis, 0 to 2, and which end of it.
 struct AxisEnd {
     int axis;

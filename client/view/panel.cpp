@@ -171,7 +171,7 @@ void drawLayerName(ViewModel& model, PanelActions& actions) {
     std::copy_n(name.begin(), std::min(name.size(), typed.size() - 1), typed.begin());
     const bool changed =
         ImGui::InputTextWithHint("layer's name", model.dataset().c_str(), typed.data(), typed.size());
-    note(actions, changed && model.setName(model.chosen(), typed.data()).ok());
+    actions.viewChanged |= changed && model.setName(model.chosen(), typed.data()).ok();
 }
 
 void drawLayers(ViewModel& model, const LayerPanel& panel) {
@@ -306,6 +306,7 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
 void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, const PanesShown& panes,
                LayerPanel& layer) {
     const auto drawPicture = [&] {
+        drawBrush(model, handles.brush, layer);
         if (model.kind() != proto::Layer::KIND_NOT_SET) model.editor().draw(layer);
         drawCutAway(model, handles, layer);
         drawPlacement(model, handles, layer);

@@ -28,6 +28,7 @@
 #include "client/view/panel_widgets.h"
 #include "client/view/viewer.h"
 #include "protocol/scene/complain.h"
+#include "protocol/scene/json.h"
 
 namespace mote::client {
 namespace {
@@ -39,46 +40,78 @@ std::filesystem::path cacheFolder() {
     return std::filesystem::path(home != nullptr ? home : ".") / ".cache/mote";
 }
 
-/// A program that was started with its stderr in a pipe; it does not outlive this.
+/// Lines that a program writes into a pipe of ours.
+class HeardLines {
+  public:
+    ~HeardLines() { close(); }
+
+    /// The end for the program, which the caller closes; below 0: there are no pipes.
+    int open() {
+        int ends[2];
+        if (::pipe2(ends, O_CLOEXEC) != 0) return -1;
+        pipe_ = ends[0];
+        return ends[1];
+    }
+    bool isOpen() const { return pipe_ >= 0; }
+    /// Whole lines that came since; of one that is too long its beginning.
+    std::vector<std::string> take() {
+        constexpr std::size_t mostLetters = 2000;
+        std::vector<std::string> lines;
+        struct pollfd watched {
+            pipe_, POLLIN, 0
+        };
+        while (isOpen() && ::poll(&watched, 1, 0) > 0) {
+            std::array<char, 4096> bytes{};
+            const auto count = ::read(pipe_, bytes.data(), bytes.size());
+            if (count < 0 && errno == EINTR) continue;
+            if (count <= 0) close();
+            for (ssize_t i = 0; i < count; ++i) {
+                const char letter = bytes[static_cast<std::size_t>(i)];
+                if (letter == '\n') lines.push_back(std::exchange(line_, {}));
+                if (letter != '\n' && line_.size() < mostLetters) line_ += letter;
+            }
+        }
+        return lines;
+    }
+
+  private:
+    void close() {
+        if (pipe_ >= 0) ::close(std::exchange(pipe_, -1));
+    }
+
+    int pipe_ = -1;
+    std::string line_;
+};
+
+/// mote-prep, which says on stderr what it does and tells its progress beside it; it does not outlive this.
 class PreparingProgram {
   public:
     ~PreparingProgram() {
-        if (pipe_ >= 0) ::close(pipe_);
         if (process_ <= 0) return;
         ::kill(process_, SIGTERM);
         wait();
     }
 
     Status start(const std::filesystem::path& program, std::vector<std::string> words) {
-        int ends[2];
-        if (::pipe2(ends, O_CLOEXEC) != 0)
-            return Error{ErrorCode::internal, program.string(), "there is no pipe for what it says"};
-        pipe_ = ends[0];
+        const int saying = said.open(), telling = told.open();
         std::vector<char*> arguments;
         for (auto& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);
         posix_spawn_file_actions_t actions;
         ::posix_spawn_file_actions_init(&actions);
-        ::posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
+        ::posix_spawn_file_actions_adddup2(&actions, saying, STDERR_FILENO);
+        ::posix_spawn_file_actions_adddup2(&actions, telling, progressDescriptor);
+        const bool piped = saying >= 0 && telling >= 0;
         const int failure =
-            ::posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ);
+            piped ? ::posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ)
+                  : EMFILE;
         ::posix_spawn_file_actions_destroy(&actions);
-        ::close(ends[1]);
+        if (saying >= 0) ::close(saying);
+        if (telling >= 0) ::close(telling);
         if (failure == 0) return success();
         process_ = 0;
+        if (!piped) return Error{ErrorCode::internal, program.string(), "there is no pipe for what it says"};
         return Error{ErrorCode::notFound, program.string(), "there is no program here that prepares files"};
-    }
-
-    /// What it has said by now; nothing once it says no more.
-    std::optional<std::string> hear() {
-        struct pollfd watched {
-            pipe_, POLLIN, 0
-        };
-        if (::poll(&watched, 1, 0) <= 0) return std::string();
-        std::array<char, 4096> bytes{};
-        const auto count = ::read(pipe_, bytes.data(), bytes.size());
-        if (count > 0) return std::string(bytes.data(), static_cast<std::size_t>(count));
-        return count < 0 && errno == EINTR ? std::optional(std::string()) : std::nullopt;
     }
 
     /// Its exit status, once it has ended; -1: by a signal.
@@ -90,20 +123,27 @@ class PreparingProgram {
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }
 
+    static constexpr int progressDescriptor = 3;  ///< its own
+    HeardLines said, told;
+
   private:
     pid_t process_ = 0;
-    int pipe_ = -1;
 };
 
 /// A sign in the window: what is prepared, for how long now, and what was chosen. False: the user wants none
 /// of it.
-bool drawPreparing(Window& window, const std::string& name, const std::deque<std::string>& said) {
+bool drawPreparing(Window& window, const std::string& name, const proto::JobProgress& progress,
+                   const std::deque<std::string>& said) {
     window.beginFrame(0.1);
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 2.0F}, ImGuiCond_Always, {0.5F, 0.5F});
     ImGui::SetNextWindowSize({std::min(640.0F * window.contentScale(), display.x), 0.0F});
     ImGui::Begin("preparing", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove);
     text(fmt::format("Preparing {}, {:.0f} s", name, ImGui::GetTime()));
+    const auto done = progress.phase().empty()
+                          ? std::string("looking at it")
+                          : fmt::format("{:.0f}%  {}", 100.0 * progress.progress(), progress.phase());
+    ImGui::ProgressBar(static_cast<float>(progress.progress()), {-1.0F, 0.0F}, done.c_str());
     for (const auto& line : said) dim(line);
     const bool cancelled = ImGui::Button("Cancel");
     ImGui::End();
@@ -115,24 +155,27 @@ bool drawPreparing(Window& window, const std::string& name, const std::deque<std
 /// Lets mote-prep choose what the file becomes, and make it; what it says, the user sees. Errors: notFound,
 /// invalidArgument, cancelled.
 Status prepare(const std::filesystem::path& file, const std::filesystem::path& dataset, Window& window) {
-    constexpr std::size_t mostLines = 8, mostLetters = 2000;
+    constexpr std::size_t mostLines = 8;
     constexpr std::string_view speaker = "mote-prep: ";
     const auto path = serverBesideUs().parent_path() / "mote-prep";
     PreparingProgram program;
     MOTE_RETURN_IF_ERROR(
-        program.start(path, {path.string(), "auto", file.string(), "--out", dataset.string()}));
+        program.start(path, {path.string(), "auto", file.string(), "--out", dataset.string(), "--progress-fd",
+                             std::to_string(PreparingProgram::progressDescriptor)}));
     std::deque<std::string> said;
-    std::string line;
-    for (auto heard = program.hear(); heard; heard = program.hear()) {
-        for (const char letter : *heard) {
-            if (letter != '\n' && line.size() < mostLetters) line += letter;
-            if (letter != '\n') continue;
+    proto::JobProgress progress;
+    while (program.said.isOpen()) {
+        for (auto& line : program.said.take()) {
             if (line.starts_with(speaker)) line.erase(0, speaker.size());
             complain("mote-prep", line);
-            said.push_back(std::exchange(line, {}));
+            said.push_back(std::move(line));
             if (said.size() > mostLines) said.pop_front();
         }
-        if (!drawPreparing(window, file.filename().string(), said))
+        for (const auto& line : program.told.take()) {
+            proto::JobProgress told;
+            if (parseJson(line, told, "progress").ok()) progress = std::move(told);
+        }
+        if (!drawPreparing(window, file.filename().string(), progress, said))
             return Error{ErrorCode::cancelled, file.string(), "it was not prepared, as you wished"};
     }
     if (program.wait() == 0) return success();
@@ -154,26 +197,36 @@ std::string cachedName(const std::filesystem::path& file) {
 
 }  // namespace
 
+Status startServer(ViewOptions& options) {
+    const Interrupt interrupt;
+    MOTE_ASSIGN_OR_RETURN(
+        options.server,
+        PrivateServer::launch("mote-view", {serverBesideUs(), options.spawn, {}, 0}, interrupt));
+    return success();
+}
+
 Status resolveTarget(ViewOptions& options) {
     std::error_code code;
     const auto path = std::filesystem::canonical(*options.target, code);
     if (code) return Error{ErrorCode::notFound, options.target->string(), "there is no such file or folder"};
     auto dataset = path;
     const bool folder = std::filesystem::is_directory(path, code) && path.extension() != ".mote";
-    if (!folder && path.extension() != ".mote") {
+    const bool raw = !folder && path.extension() != ".mote";
+    if (raw) {
         const auto cache = cacheFolder();
         std::filesystem::create_directories(cache, code);
         if (code)
             return Error{ErrorCode::permissionDenied, cache.string(),
                          "a folder for what is prepared is needed here"};
         dataset = cache / (cachedName(path) + ".mote");
-        if (!std::filesystem::exists(dataset, code)) {
-            options.window = std::make_shared<Window>(options.width, options.height, "Mote");
-            MOTE_RETURN_IF_ERROR(prepare(path, dataset, *options.window));
-        }
     }
     options.spawn.push_back("data=" + (folder ? path : dataset.parent_path()).string());
+    MOTE_RETURN_IF_ERROR(startServer(options));
     if (folder) return success();
+    if (raw && !std::filesystem::exists(dataset, code)) {
+        options.window = std::make_shared<Window>(options.width, options.height, "Mote");
+        MOTE_RETURN_IF_ERROR(prepare(path, dataset, *options.window));
+    }
     options.dataset = "data/" + dataset.stem().string();
     // A view that was chosen for it lies beside it, of this root.
     const auto view = std::filesystem::path(dataset).replace_extension(".view.json");

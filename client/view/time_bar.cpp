@@ -36,10 +36,6 @@ std::vector<double> stepTimes(const proto::Manifest& manifest) {
     return times;
 }
 
-float TimeBar::height(float scale) {
-    return ImGui::GetFrameHeight() + 12.0F * scale;
-}
-
 void TimeBar::drawTrack(ViewModel& model, const std::vector<double>& times, float width,
                         PanelActions& actions) const {
     const int steps = model.timedSteps();

@@ -49,7 +49,7 @@ struct TimeBarPlace {
 
 class TimeBar {
   public:
-    static float height(float scale);
+    static constexpr float height(float scale) { return 32.0F * scale; }  // a row with room around it
     /// `times`: of the steps, or none.
     void draw(ViewModel& model, Playback& playback, const std::vector<double>& times,
               const TimeBarPlace& place, PanelActions& actions);

@@ -479,6 +479,10 @@ Status ViewModel::setInMetres(bool metres) {
     return success();
 }
 
+glm::dvec3 ViewModel::stretch() const {
+    return inMetres() && message_.stretch_size() == 3 ? readVector(message_.stretch()) : glm::dvec3(1.0);
+}
+
 Status ViewModel::setTransform(const glm::dmat4& transform) {
     proto::Layer placed;
     writeTransform(transform, placed.mutable_transform());

@@ -144,6 +144,8 @@ class ViewModel {
     /// stretched. Errors: those of placeLayers(); then nothing changes.
     bool inMetres() const { return !message_.space().empty(); }
     Status setInMetres(bool metres);
+    /// From where layers are placed to the world, along its axes: of a view in metres what it says, else 1.
+    glm::dvec3 stretch() const;
     /// The box around all layers whose datasets are known, world; nothing where none is.
     std::optional<Bounds> worldBounds() const;
 

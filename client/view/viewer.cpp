@@ -6,9 +6,12 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <glm/geometric.hpp>
+#include <string_view>
 #include <utility>
 
 #include "client/shared/jobs.h"
+#include "client/view/camera_control.h"
 #include "client/view/window.h"
 #include "protocol/scene/complain.h"
 
@@ -38,9 +41,7 @@ ConnectionSettings connectionSettings(const ViewOptions& options) {
 
 Viewer::Viewer(const ViewOptions& options)
     : options_(options),
-      ownWindow_(options.window ? options.window
-                                : std::make_shared<Window>(options.width, options.height, "Mote")),
-      window_(*ownWindow_),
+      window_(options.window),
       browser_(options.connection),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       connection_(options.connection, connectionSettings(options)),
@@ -61,11 +62,17 @@ Viewer::Viewer(const ViewOptions& options)
         filmShown_ = true;
     }
     pane().subject = model().dataset();
-    window_.setLight(isLight());
     makeCommands();
     listen();
     interactive_ = !options_.exitAfterStill && !options_.screenshot && !options_.saveView;
-    if (!interactive_) return;
+    if (interactive_) beginSession();
+    if (loaded_.ok() && !filmShown_) askAhead();
+    if (!window_) window_ = std::make_shared<Window>(options_.width, options_.height, "Mote");
+    window_->setLight(isMarked(lightWindow));
+    window_->useDevices(!isMarked(noDevices));
+}
+
+void Viewer::beginSession() {
     auto what = options_.target.value_or(options_.connection);
     if (!options_.spawn.empty() && !options_.target) what = fmt::format("{}", fmt::join(options_.spawn, " "));
     const auto key = sessionKey(what);
@@ -94,6 +101,23 @@ void Viewer::listen() {
         said_ = error.toString();
         if (options_.exitAfterStill) exitStatus_ = 1;
     });
+}
+
+/// A server that is near has answered before a window could open: it draws meanwhile.
+void Viewer::askAhead() {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds patience{100};  // a server that is far is not waited for
+    const auto until = Clock::now() + patience;
+    const glm::vec2 size(options_.width, options_.height);
+    while (!panes_[0].isAsked()) {
+        connection_.poll();
+        // On another display its pixels are others: it is asked for again then.
+        sendViews(window_ ? pictureArea() : areaWithin(size, glm::vec2(1.0F), 1.0F));
+        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
+        const bool lost = connection_.state() == Connection::State::lost;
+        if (panes_[0].isAsked() || lost || left.count() <= 0) return;
+        connection_.wait(left);
+    }
 }
 
 void Viewer::takeCatalogue(const proto::Catalogue& catalogue) {
@@ -140,6 +164,19 @@ void Viewer::noteAwaited() {
     if (awaitedDataset_.empty() || std::none_of(known.begin(), known.end(), isAwaited)) return;
     const auto name = std::exchange(awaitedDataset_, {});
     notes_.add({name + " is made.", {{"Open it", [this, name] { openDataset(name); }}}});
+}
+
+void Viewer::drawAwaited(const PictureArea& area) {
+    if (awaitedDataset_.empty()) return;
+    for (const auto& job : server_.jobs) {
+        if (datasetName(job.request()) != awaitedDataset_ || !isUnderWay(job)) continue;
+        const bool waits = job.state() == proto::JobStatus::QUEUED;
+        PanelActions actions;
+        if (drawMaking(area, fmt::format("Making {}", awaitedDataset_), job.progress(),
+                       waits ? "waits for its turn" : job.phase()))
+            actions.cancelJob = job.id();
+        return apply(actions);
+    }
 }
 
 /// A live dataset has more steps than before.
@@ -297,8 +334,8 @@ void Viewer::leaveOutMissing(proto::View& view) const {
 void Viewer::sendView(std::size_t index, const PictureArea& area) {
     auto& of = panes_[index];
     const auto& model = of.model;
-    const bool missing =
-        interactive_ && !server_.catalogue.datasets().empty() && findEntry(model.dataset()) == nullptr;
+    const bool missing = interactive_ && model.hasDataset() && !server_.catalogue.datasets().empty() &&
+                         findEntry(model.dataset()) == nullptr;
     if (!of.shown && !missing && (model.hasDataset() || !model.isLoaded()))
         return;  // nothing to show before the first dataset is known
     if (!of.needs(area, moving_)) return;
@@ -368,7 +405,7 @@ void Viewer::refreshShown() {
     server_.shown = pane().shown;
     server_.frame = pane().frame;
     if (std::exchange(title_, model().dataset()) != model().dataset())
-        window_.setTitle(fmt::format("{} - Mote", model().dataset()));
+        window_->setTitle(fmt::format("{} - Mote", model().dataset()));
 }
 
 bool Viewer::still() const {
@@ -394,8 +431,8 @@ void Viewer::keepResults() {
         exitStatus_ = 1;
     };
     if (const auto path = std::exchange(options_.screenshot, {})) {
-        keep(writeScreenshot(*path, window_.readPixels(), window_.framebufferWidth(),
-                             window_.framebufferHeight()));
+        keep(writeScreenshot(*path, window_->readPixels(), window_->framebufferWidth(),
+                             window_->framebufferHeight()));
     }
     if (const auto path = std::exchange(options_.saveView, {})) keep(saveView(*path, SameName::stays));
 }
@@ -408,6 +445,121 @@ std::optional<double> Viewer::patience() const {
     if (moving_ || playback_.playing || film_.moving() || refining || settling_ > 0) return activeSeconds;
     const bool awake = ImGui::GetIO().WantTextInput || desk_.isStale() || ImGui::GetTime() < restFrom_;
     return awake || options_.exitAfterStill ? std::optional(idleSeconds) : std::nullopt;
+}
+
+// Flying, gamepads and 3D mice, and the brush.
+namespace {
+
+constexpr std::string_view steeringKeys = "WASDQE";
+constexpr double longestMoment = 0.1, firstMoment = 0.016;  // seconds that a frame counts for
+constexpr double pauseOfHand = 0.5;                         // seconds after which another gesture begins
+constexpr double flightTurn = 1.2;                          // radians a second
+
+}  // namespace
+
+/// Only a camera in perspective comes nearer to anything.
+void Viewer::setFlying(bool flying) {
+    if (std::exchange(flying_, flying) == flying || !flying) return;
+    ++gesture_;
+    steered_ = 0.0;
+    const auto camera = model().camera(activeArea().aspect());
+    if (!camera.perspective()) setCamera(toggleProjection(camera));
+}
+
+/// It is the flight's while one is under way, and no command.
+bool Viewer::isSteeringKey(const PressedKey& key) const {
+    const std::string_view chord = key.chord;
+    const auto letter = chord.starts_with("Shift+") ? chord.substr(6) : chord;
+    return flying_ && letter.size() == 1 && steeringKeys.find(letter) != steeringKeys.npos;
+}
+
+Push Viewer::pushedKeys() const {
+    const auto& io = ImGui::GetIO();
+    if (!flying_ || io.WantTextInput || io.KeyCtrl || palette_.isOpen()) return {};
+    const auto held = [&](char more, char less) {
+        return static_cast<double>(window_->isHeld(more)) - static_cast<double>(window_->isHeld(less));
+    };
+    return {{held('D', 'A'), held('E', 'Q'), held('W', 'S')}, {}};
+}
+
+/// How far it is flown in a second: by how far that is which lies ahead, but never nearly nothing.
+double Viewer::flightWay(const PictureArea& area) const {
+    constexpr double leastShare = 0.02;  // of all that is shown
+    constexpr double faster = 4.0;       // with Shift
+    const auto camera = model().camera(area.aspect());
+    const auto box = model().worldBounds();
+    const auto ahead = box ? placeWithin(camera, area.aspect(), {0.5, 0.5}, *box) : std::nullopt;
+    const double least = leastShare * (box ? glm::length(box->size()) : 1.0);
+    const double away = glm::distance(camera.eye, ahead.value_or(camera.target));
+    return flightSpeed_.share() * std::max(away, least) * (ImGui::GetIO().KeyShift ? faster : 1.0);
+}
+
+void Viewer::steer(const PictureArea& area) {
+    const auto devices = window_->devices();
+    for (std::size_t i = 0; i < devices.pads.size(); ++i) {
+        const Pad before = i < padsBefore_.size() ? padsBefore_[i] : devices.pads[i];
+        for (const auto command : commandsOf(before, devices.pads[i])) {
+            ++gesture_;
+            run(std::string(command).c_str());
+        }
+    }
+    padsBefore_ = devices.pads;
+    auto push = devices.push(flying_);
+    push += pushedKeys();
+    if (push.atRest() || (!pane().shown && !model().isLoaded())) return;
+    const double now = ImGui::GetTime(), since = now - std::exchange(steered_, now);
+    if (!flying_ && since > pauseOfHand) ++gesture_;
+    const double moment = since > pauseOfHand ? firstMoment : std::min(since, longestMoment);
+    const auto camera = model().camera(area.aspect());
+    setCamera(flying_ ? flown(camera, push, flightWay(area) * moment, flightTurn * moment)
+                      : carried(camera, push, moment));
+    moving_ = true;
+}
+
+/// In place of turn() while it is flown.
+void Viewer::lookAround(const PictureArea& area, bool held) {
+    const auto& io = ImGui::GetIO();
+    if (io.MouseWheel != 0.0F) flightSpeed_.change(static_cast<double>(io.MouseWheel));
+    const glm::dvec2 drag(io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
+    if (held && drag != glm::dvec2(0.0)) setCamera(lookedAround(model().camera(area.aspect()), drag));
+}
+
+void Viewer::drawFlight(const PictureArea& area) const {
+    if (!flying_) return;
+    drawSign(area,
+             fmt::format("Flying: W A S D, Q down, E up, Shift faster, drag to look; wheel: {:.2g} of the "
+                         "way a second (Esc ends)",
+                         flightSpeed_.share()));
+}
+
+void Viewer::useDevices(bool used) {
+    window_->useDevices(used);
+    mark(noDevices, !used);
+    say(used ? "Gamepads and 3D mice are used." : "Gamepads and 3D mice are not used.");
+}
+
+void Viewer::toggleBrush() {
+    auto& brush = handles_.brush;
+    if (!brush.on && model().kind() != proto::Layer::kInk)
+        return say("A brush paints layers that are drawn in ink, as \"Layers\" says below a dataset's name.");
+    brush.on = !brush.on;
+}
+
+bool Viewer::takeBrushKey(const PressedKey& key) {
+    auto& brush = handles_.brush;
+    if (!brush.on || (key.chord != "[" && key.chord != "]")) return false;
+    brush.resize(key.chord == "]" ? 1.0 : -1.0);
+    return true;
+}
+
+void Viewer::askForBrush() {
+    auto& brush = handles_.brush;
+    for (auto& question : brush.takeQuestions()) {
+        connection_.query(question.query, [&brush, id = question.id](const Result<QueryAnswer>& answer) {
+            brush.hear(id, answer.ok() ? Result<proto::Answer>(answer->message) : answer.error());
+        });
+    }
+    say(brush.takeRefusal());
 }
 
 void Viewer::hearServer() {
@@ -423,11 +575,13 @@ void Viewer::drawAll(const PictureArea& whole) {
     showPictures(whole);
     takePress(whole);
     takeInput(activeArea());
+    steer(activeArea());
+    drawFlight(activeArea());
     play();
     learnDatasets();
     refreshShown();
     const PanesShown shown{panes_.size(), panes_.links()};
-    if (panelShown_) apply(drawPanel(model(), numbers_, handles_, server_, shown, window_.contentScale()));
+    if (panelShown_) apply(drawPanel(model(), numbers_, handles_, server_, shown, window_->contentScale()));
     drawTime(whole);
     editFilm(whole);
     editNumbers(activeArea());
@@ -439,7 +593,7 @@ void Viewer::drawAll(const PictureArea& whole) {
 int Viewer::run() {
     bool done = false;
     while (!done && !mayClose()) {
-        if (window_.beginFrame(patience())) {
+        if (window_->beginFrame(patience())) {
             settling_ = settlingFrames;
             restFrom_ = ImGui::GetTime() + restSeconds;
         } else {
@@ -449,9 +603,9 @@ int Viewer::run() {
         hearServer();
         takeKeys();
         drawAll(pictureArea());
-        window_.drawFrame();
+        window_->drawFrame();
         done = finished();
-        window_.presentFrame();
+        window_->presentFrame();
         keepSession();
         const bool lost = options_.exitAfterStill && connection_.state() == Connection::State::lost;
         if (options_.exitAfterStill && (exitStatus_ != 0 || lost)) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
 #include <memory>
@@ -16,6 +17,7 @@
 
 #include "client/shared/connection.h"
 #include "client/shared/part_file.h"
+#include "client/shared/server_line.h"
 #include "client/view/commands.h"
 #include "client/view/datasets/dataset_browser.h"
 #include "client/view/desk.h"
@@ -48,16 +50,21 @@ struct ViewOptions {
         saveView;                         ///< a file that is not there, for the view that was shown then
     bool exitAfterStill = false;          ///< and then the program ends
     std::shared_ptr<Window> window = {};  ///< that is open already
+    std::shared_ptr<PrivateServer> server = {};  ///< one of our own, which starts or has started
 };
 
-/// Completes options with a target: roots of a private server, and what it is to show: a folder of datasets,
-/// a dataset, or a file that is prepared into the user's cache, which a window says that is then the
-/// viewer's. Errors: notFound, cancelled. Throws WindowError.
+/// Completes options with a target: roots of a private server, which starts meanwhile, and what it is to
+/// show: a folder of datasets, a dataset, or a file that is prepared into the user's cache, which a window
+/// says that is then the viewer's. Errors: notFound, cancelled. Throws WindowError.
 Status resolveTarget(ViewOptions& options);
+
+/// Starts a server with the roots of options.spawn. Errors: PrivateServer's.
+Status startServer(ViewOptions& options);
 
 class Viewer {
   public:
-    /// Loads the saved view and the film if they were given. Throws WindowError.
+    /// Loads the saved view and the film if they were given, and asks for the first picture, so that it is
+    /// drawn while the window opens. Throws WindowError.
     explicit Viewer(const ViewOptions& options);
 
     /// Errors of options.view and options.film; to be asked before run().
@@ -69,6 +76,7 @@ class Viewer {
     // The server.
 
     void listen();
+    void askAhead();
     void askServer();
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
@@ -85,6 +93,8 @@ class Viewer {
     void refreshShown();
     /// Says that the plot is there that a job of ours was to make, once the catalogue knows it.
     void noteAwaited();
+    /// And before that how far it is.
+    void drawAwaited(const PictureArea& area);
     /// Asks for the steps of the dataset that a pane shows, if it has others by now.
     void learnSteps(const Pane& of);
     /// What a pane's dataset is may be another now.
@@ -125,21 +135,33 @@ class Viewer {
     void copyCommand();
     /// The state of this moment belongs to the present gesture.
     void lookAtDesk();
+    void beginSession();
     void keepSession();
     void offerSession();
     void takeUpSession(const Session& session);
 
     // The hand.
 
-    float filmHeight() const;
-    float timeHeight() const;
+    float filmHeight(float scale) const;
+    float timeHeight(float scale) const;
     /// What all panes share, and that of the active one.
     PictureArea pictureArea() const;
+    PictureArea areaWithin(glm::vec2 size, glm::vec2 density, float scale) const;
     PictureArea activeArea() const;
     void countGestures();
     void takePress(const PictureArea& whole);
     void takeInput(const PictureArea& area);
     void turn(const PictureArea& area, bool held);
+    void lookAround(const PictureArea& area, bool held);
+    void steer(const PictureArea& area);
+    Push pushedKeys() const;
+    double flightWay(const PictureArea& area) const;
+    void setFlying(bool flying);
+    void drawFlight(const PictureArea& area) const;
+    void toggleBrush();
+    void askForBrush();
+    bool takeBrushKey(const PressedKey& key);
+    bool isSteeringKey(const PressedKey& key) const;
     glm::dvec3 placeUnderPointer(const PictureArea& area) const;
     void takeKeys();
     void run(const char* command);
@@ -149,8 +171,12 @@ class Viewer {
     void goSteps(std::int64_t steps);
     void makeCommands();
     void makeViewCommands();
-    static bool isLight();
+    /// What the user wants of all windows: marks in the folder of sessions.
+    static constexpr const char *lightWindow = "light", *noDevices = "no-devices";
+    static bool isMarked(const char* name);
+    void mark(const char* name, bool marked);
     void useLight(bool light);
+    void useDevices(bool used);
 
     // What is shown.
 
@@ -177,8 +203,7 @@ class Viewer {
     std::optional<double> patience() const;
 
     ViewOptions options_;
-    std::shared_ptr<Window> ownWindow_;
-    Window& window_;
+    std::shared_ptr<Window> window_;
     Playback playback_;
     TimeBar timeBar_;
     Handles handles_;
@@ -196,6 +221,10 @@ class Viewer {
     std::uint64_t gesture_ = 0;  // of the hand; counts
     double lastWheel_ = 0.0;     // when it turned, seconds
     glm::dvec3 pivot_{0.0};      // of the drag under way
+    bool flying_ = false;
+    FlightSpeed flightSpeed_;
+    double steered_ = 0.0;  // when a hand leaned last, seconds
+    std::vector<Pad> padsBefore_;
     enum class Closing { no, asked, agreed } closing_ = Closing::no;
     std::string title_;            // of the window
     std::string note_;             // on what was opened

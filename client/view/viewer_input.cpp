@@ -135,21 +135,25 @@ void Viewer::copyCommand() {
     say("The command that makes this picture is in the clipboard.");
 }
 
-float Viewer::timeHeight() const {
-    return panelShown_ && timed().model.timedSteps() > 1 ? TimeBar::height(window_.contentScale()) : 0.0F;
+float Viewer::timeHeight(float scale) const {
+    return panelShown_ && timed().model.timedSteps() > 1 ? TimeBar::height(scale) : 0.0F;
 }
 
-float Viewer::filmHeight() const {
-    return panelShown_ && filmShown_ ? FilmPanel::height(window_.contentScale()) : 0.0F;
+float Viewer::filmHeight(float scale) const {
+    return panelShown_ && filmShown_ ? FilmPanel::height(scale) : 0.0F;
 }
 
 PictureArea Viewer::pictureArea() const {
-    const ImVec2 display = ImGui::GetIO().DisplaySize;
     const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
-    const float scale = window_.contentScale();
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    return areaWithin({display.x, display.y}, {density.x, density.y}, window_->contentScale());
+}
+
+/// `size` of the window in screen coordinates, each of which is `density` pixels.
+PictureArea Viewer::areaWithin(glm::vec2 size, glm::vec2 density, float scale) const {
     const float panel = panelShown_ ? panelWidth * scale : 0.0F;
-    const float width = std::max(display.x - panel, 1.0F),
-                height = std::max(display.y - filmHeight() - timeHeight(), 1.0F);
+    const float width = std::max(size.x - panel, 1.0F),
+                height = std::max(size.y - filmHeight(scale) - timeHeight(scale), 1.0F);
     return {width,
             height,
             scale,
@@ -185,6 +189,7 @@ void Viewer::countGestures() {
     for (int button = 0; button < 3; ++button) begun |= ImGui::IsMouseClicked(button);
     if (io.MouseWheel != 0.0F)
         begun |= ImGui::GetTime() > std::exchange(lastWheel_, ImGui::GetTime()) + wheelPause;
+    if (flying_ && !io.WantCaptureMouse) begun = false;  // a flight is one
     gesture_ += begun ? 1 : 0;
 }
 
@@ -219,6 +224,11 @@ void Viewer::takeInput(const PictureArea& area) {
         return;
     }
     bool pulled = false;
+    const bool brushed = handles_.brush.takeMouse(model(), area, pulled);
+    askForBrush();
+    pane().dirty |= pulled;
+    if (pulled || brushed) film_.stop();
+    if (brushed) return;
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
     draw.PushClipRect({area.left, area.top}, {area.left + area.width, area.top + area.height});
     const bool holding = handles_.draw(model(), area, pulled);
@@ -227,7 +237,7 @@ void Viewer::takeInput(const PictureArea& area) {
     if (holding) film_.stop();
     if (io.WantCaptureMouse || holding) return;
     if (moving_ || io.MouseWheel != 0.0F) film_.stop();
-    turn(area, held);
+    flying_ ? lookAround(area, held) : turn(area, held);
 }
 
 /// What drags and the wheel do to the camera.
@@ -257,17 +267,18 @@ void Viewer::turn(const PictureArea& area, bool held) {
 }
 
 void Viewer::takeKeys() {
-    for (const auto& key : window_.takeKeys()) {
+    for (const auto& key : window_->takeKeys()) {
         const bool typing =
             ImGui::GetIO().WantTextInput || palette_.isOpen() ||
             ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
-        if (typing) continue;
+        if (typing || isSteeringKey(key) || takeBrushKey(key)) continue;
         for (const auto& command : commands_) {
             if (command.keys != key.chord || (key.repeated && !command.repeats)) continue;
             gesture_ += key.repeated ? 0 : 1;
             command.run();
             lookAtDesk();  // each of several keys in a frame is a step of its own
-            if (key.chord.starts_with("Ctrl+")) window_.holdKeys(3);  // it may ask for letters
+            gesture_ += flying_ ? 1 : 0;
+            if (key.chord.starts_with("Ctrl+")) window_->holdKeys(3);  // it may ask for letters
         }
     }
 }
@@ -328,7 +339,7 @@ void Viewer::play() {
 }
 
 void Viewer::drawTime(const PictureArea& whole) {
-    if (timeHeight() <= 0.0F) return;
+    if (timeHeight(whole.scale) <= 0.0F) return;
     PanelActions actions;
     const auto* described = film_.description(timed().model.timedLayer().dataset());
     const auto times = described != nullptr ? stepTimes(described->manifest()) : std::vector<double>();
@@ -356,9 +367,14 @@ void Viewer::editFilm(const PictureArea& whole) {
     if (panelShown_ && filmShown_) {
         const auto area = activeArea();
         const auto present = model().view(area.columns, area.rows);
-        const FilmSurroundings around{
-            0.0F,   whole.height + timeHeight(), whole.width, whole.scale, now, present, pane().picture,
-            server_};
+        const FilmSurroundings around{0.0F,
+                                      whole.height + timeHeight(whole.scale),
+                                      whole.width,
+                                      whole.scale,
+                                      now,
+                                      present,
+                                      pane().picture,
+                                      server_};
         if (const auto view = film_.draw(around)) showView(pane(), *view);
     }
     moving_ |= film_.moving();
@@ -402,8 +418,11 @@ void Viewer::makeCommands() {
     add("Layer", "Add dataset...", "", [this] { browser_.open(DatasetBrowser::Use::add); });
     add("Layer", "Replace dataset...", "", [this] { browser_.open(DatasetBrowser::Use::replace); });
     add("Layer", "Cut away by hand", "C", [this] { handles_.cuts = !handles_.cuts; });
+    add("Layer", "Paint by hand", "B", [this] { toggleBrush(); });
     add("Layer", "Place by hand", "G", [this] { handles_.places = !handles_.places; });
     add("Camera", "Fit", "F", [this] { fitView(); });
+    add("Camera", "Fly", "Shift+F", [this] { setFlying(!flying_); });
+    add("Camera", "Gamepads and 3D mice on or off", "", [this] { useDevices(isMarked(noDevices)); });
     add(
         "Camera", "Camera before", "[", [this] { showCameras(desk_.cameraBack()); }, true);
     add(
@@ -435,8 +454,8 @@ void Viewer::makeCommands() {
     add("Window", "Panel", "Tab", [this] { panelShown_ = !panelShown_; });
     add("Window", "Film", "K", [this] { filmShown_ = !filmShown_; });
     add("Window", "Numbers", "N", [this] { numbers_.open = !numbers_.open; });
-    add("Window", "Full screen", "F11", [this] { window_.toggleFullScreen(); });
-    add("Window", "Light or dark", "", [this] { useLight(!isLight()); });
+    add("Window", "Full screen", "F11", [this] { window_->toggleFullScreen(); });
+    add("Window", "Light or dark", "", [this] { useLight(!isMarked(lightWindow)); });
     add("Window", "Keys", "?", [this] { keysShown_ = !keysShown_; });
     add("Window", "Commands", "Ctrl+K", [this] { palette_.open(); });
     add("Numbers", "Histogram", "H", [this] { numbers_.toggleHistogram(); });
@@ -444,6 +463,8 @@ void Viewer::makeCommands() {
     add("Numbers", "Pick a particle", "P", [this] { numbers_.tool().toggle(PictureTool::Kind::pick); });
     add("Window", "End what is under way", "Escape", [this] {
         numbers_.tool().setKind(PictureTool::Kind::none);
+        setFlying(false);
+        handles_.brush.on = false;
         keysShown_ = false;
     });
     add("Window", "Connect now", "", [this] {
@@ -475,27 +496,22 @@ void Viewer::makeViewCommands() {
     link("Link or unlink cameras", &Links::cameras);
 }
 
-namespace {
-
-/// It is there while the user wants a light window.
-std::filesystem::path lightMark() {
-    return sessionFolder() / "light";
+bool Viewer::isMarked(const char* name) {
+    std::error_code code;
+    return std::filesystem::exists(sessionFolder() / name, code);
 }
 
-}  // namespace
-
-bool Viewer::isLight() {
+void Viewer::mark(const char* name, bool marked) {
+    const auto path = sessionFolder() / name;
     std::error_code code;
-    return std::filesystem::exists(lightMark(), code);
+    std::filesystem::create_directories(sessionFolder(), code);
+    const bool kept = marked ? std::ofstream(path).good() : (std::filesystem::remove(path, code), !code);
+    if (!kept) say(fmt::format("{}: this is not kept for the next time", path.string()));
 }
 
 void Viewer::useLight(bool light) {
-    window_.setLight(light);
-    std::error_code code;
-    std::filesystem::create_directories(sessionFolder(), code);
-    const bool kept =
-        light ? std::ofstream(lightMark()).good() : (std::filesystem::remove(lightMark(), code), !code);
-    if (!kept) say(fmt::format("{}: this is not kept for the next time", lightMark().string()));
+    window_->setLight(light);
+    mark(lightWindow, light);
 }
 
 void Viewer::run(const char* command) {
@@ -608,9 +624,9 @@ void Viewer::takeUpSession(const Session& session) {
 
 bool Viewer::mayClose() {
     if (closing_ == Closing::agreed) return true;
-    if (!window_.shouldClose()) return false;
+    if (!window_->shouldClose()) return false;
     if (closing_ == Closing::asked || desk_.unsaved().empty() || options_.exitAfterStill) return true;
-    window_.stayOpen();
+    window_->stayOpen();
     closing_ = Closing::asked;
     return false;
 }
@@ -713,6 +729,7 @@ void Viewer::drawOver(const PictureArea& whole) {
         drawWrong(fmt::format("wrong {}", i).c_str(), area, whatIsWrong(i));
     }
     notes_.draw(whole);
+    drawAwaited(whole);
     drawKeys(keysShown_, commands_, scale);
     if (const auto* command = palette_.draw(commands_, scale)) {
         ++gesture_;
@@ -734,7 +751,7 @@ void Viewer::browse(const PictureArea& area) {
 
 /// Within no other window: what a prompt keeps from the mouse is all the others.
 void Viewer::drawPrompts() {
-    const float scale = window_.contentScale();
+    const float scale = window_->contentScale();
     PanelActions actions;
     actions.openViewFrom = files_.opening.draw(scale);
     actions.saveViewTo = files_.saving.draw(scale);

@@ -29,6 +29,7 @@ Status writeScreenshot(const std::filesystem::path& path, std::span<const std::u
 #include <imgui.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <set>
 #include <string_view>
@@ -37,6 +38,9 @@ Status writeScreenshot(const std::filesystem::path& path, std::span<const std::u
 
 namespace mote::client {
 namespace {
+
+std::atomic<Window*> opened = nullptr;  // the one that there is, which can be woken
+constexpr double devicePause = 0.03;    // seconds between looks at devices, which wake nobody
 
 [[noreturn]] void fail(const char* what) {
     const char* reason = nullptr;
@@ -83,6 +87,8 @@ void styleInterface(float scale, bool light) {
         light ? ImVec4(0.95F, 0.95F, 0.96F, 1.0F) : ImVec4(0.085F, 0.092F, 0.11F, 1.0F);
     style.Colors[ImGuiCol_Header] =
         light ? ImVec4(0.80F, 0.85F, 0.93F, 1.0F) : ImVec4(0.16F, 0.19F, 0.25F, 1.0F);
+    style.Colors[ImGuiCol_PlotHistogram] =
+        light ? ImVec4(0.55F, 0.72F, 0.98F, 1.0F) : ImVec4(0.18F, 0.38F, 0.70F, 1.0F);  // bars of progress
     if (light) {
         style.FrameBorderSize = 1.0F;  // white on nearly white
         style.Colors[ImGuiCol_TextDisabled] = {0.40F, 0.40F, 0.42F, 1.0F};
@@ -126,9 +132,16 @@ Window::Window(int width, int height, const std::string& title) {
     glfwSetCharCallback(window_, onLetter);
     glfwSetCursorPosCallback(window_, onMove);
     glfwSetMouseButtonCallback(window_, onButton);
+    glfwSetJoystickCallback(onDevice);
+    opened = this;
+    for (int device = GLFW_JOYSTICK_1; device <= GLFW_JOYSTICK_LAST; ++device) {
+        if (glfwJoystickPresent(device) == GLFW_TRUE) onDevice(device, GLFW_CONNECTED);
+    }
 }
 
 Window::~Window() {
+    opened = nullptr;
+    glfwSetJoystickCallback(nullptr);
     ImGui_ImplOpenGL3_Shutdown();
     ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext();
@@ -241,16 +254,73 @@ void Window::pourKeys() {
     }
 }
 
-bool Window::beginFrame(std::optional<double> seconds) {
+bool Window::isHeld(char letter) const {
+    return glfwGetKey(window_, GLFW_KEY_A + (letter - 'A')) == GLFW_PRESS;
+}
+
+void Window::onDevice(int device, int event) {
+    auto& self = *opened.load();
+    std::erase(self.pads_, device);
+    std::erase(self.pucks_, device);
+    if (event != GLFW_CONNECTED) return;
+    if (glfwJoystickIsGamepad(device) == GLFW_TRUE) return self.pads_.push_back(device);
+    int axes = 0;
+    glfwGetJoystickAxes(device, &axes);
+    const char* name = glfwGetJoystickName(device);
+    if (isPuck(name != nullptr ? name : "", axes)) self.pucks_.push_back(device);
+}
+
+void Window::useDevices(bool used) {
+    usesDevices_ = used;
+}
+
+Devices Window::devices() const {
+    Devices all;
+    for (std::size_t i = 0; usesDevices_ && i < pads_.size(); ++i) {
+        GLFWgamepadstate state{};
+        if (glfwGetGamepadState(pads_[i], &state) != GLFW_TRUE) continue;
+        auto& pad = all.pads.emplace_back();
+        std::ranges::copy(state.axes, pad.axes.begin());
+        std::ranges::transform(state.buttons, pad.buttons.begin(), [](auto b) { return b == GLFW_PRESS; });
+    }
+    for (std::size_t i = 0; usesDevices_ && i < pucks_.size(); ++i) {
+        int count = 0;
+        const float* axes = glfwGetJoystickAxes(pucks_[i], &count);
+        auto& puck = all.pucks.emplace_back();
+        if (axes != nullptr && count == static_cast<int>(puck.axes.size()))
+            std::copy_n(axes, count, puck.axes.begin());
+    }
+    return all;
+}
+
+/// False if none came.
+bool Window::waitForInput(std::optional<double> seconds) {
     const double begin = glfwGetTime();
     if (!events_.empty() || !buttons_.empty()) {
         glfwPollEvents();
+    } else if (usesDevices_ && !(pads_.empty() && pucks_.empty())) {
+        return waitBesideDevices(seconds);
     } else if (seconds) {
         glfwWaitEventsTimeout(*seconds);
     } else {
         glfwWaitEvents();
     }
-    const bool came = !seconds || !events_.empty() || !buttons_.empty() || glfwGetTime() - begin < *seconds;
+    return !seconds || !events_.empty() || !buttons_.empty() || glfwGetTime() - begin < *seconds;
+}
+
+bool Window::waitBesideDevices(std::optional<double> seconds) {
+    const double begin = glfwGetTime();
+    for (double now = begin; !seconds || now - begin < *seconds; now = glfwGetTime()) {
+        const double pause = seconds ? std::min(*seconds - (now - begin), devicePause) : devicePause;
+        glfwWaitEventsTimeout(pause);
+        const bool woken = glfwGetTime() - now < pause;
+        if (woken || !events_.empty() || !buttons_.empty() || !devices().atRest()) return true;
+    }
+    return false;
+}
+
+bool Window::beginFrame(std::optional<double> seconds) {
+    const bool came = waitForInput(seconds);
     pourKeys();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
@@ -272,7 +342,7 @@ void Window::presentFrame() {
 }
 
 void Window::wake() {
-    glfwPostEmptyEvent();
+    if (opened != nullptr) glfwPostEmptyEvent();
 }
 
 int Window::framebufferWidth() const {
@@ -334,6 +404,14 @@ void PictureTexture::upload(std::span<const std::uint8_t> pixels, std::uint32_t 
     } else {
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
     }
+}
+
+void PictureTexture::drawnInto(std::uint32_t width, std::uint32_t height) {
+    const bool mixed = width != width_ || height != height_;
+    if (std::exchange(mixed_, mixed) == mixed) return;
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    for (const auto which : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        glTexParameteri(GL_TEXTURE_2D, which, mixed ? GL_LINEAR : GL_NEAREST);
 }
 
 void* PictureTexture::handle() const {

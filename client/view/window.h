@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/view/hand/steering.h"
 #include "protocol/scene/error.h"
 
 struct GLFWwindow;
@@ -56,11 +57,16 @@ class Window {
     std::vector<PressedKey> takeKeys() { return std::exchange(keys_, {}); }
     /// Keys wait for so many frames: what they are for is only being opened.
     void holdKeys(int frames) { held_ = frames; }
+    /// A key is down now, 'A' to 'Z' by its place on a keyboard of the United States.
+    bool isHeld(char letter) const;
+    /// Gamepads and 3D mice, as they are now; none while they are not used. They wake a waiting beginFrame.
+    Devices devices() const;
+    void useDevices(bool used);
     /// Draws the user interface into the back buffer.
     void drawFrame();
     /// Shows what was drawn.
     void presentFrame();
-    /// Wakes a waiting beginFrame; any thread.
+    /// Wakes a waiting beginFrame, if a window is open; any thread.
     static void wake();
 
     int framebufferWidth() const;   ///< pixels
@@ -76,6 +82,7 @@ class Window {
     static void onLetter(GLFWwindow* window, unsigned codepoint);
     static void onMove(GLFWwindow* window, double x, double y);
     static void onButton(GLFWwindow* window, int button, int action, int mods);
+    static void onDevice(int device, int event);
 
     /// A key, or a letter that was typed (then `letter` is not 0).
     struct KeyEvent {
@@ -90,6 +97,8 @@ class Window {
         float x, y;
     };
 
+    bool waitForInput(std::optional<double> seconds);
+    bool waitBesideDevices(std::optional<double> seconds);
     /// One button changes in a frame, in the place where it did: a long frame makes no other of it.
     void pourButtons();
     void pourKeys();
@@ -100,6 +109,8 @@ class Window {
     int held_ = 0;                 // frames
     std::vector<PressedKey> keys_;
     std::deque<ButtonEvent> buttons_;  // that no frame had yet
+    bool usesDevices_ = true;
+    std::vector<int> pads_, pucks_;  // GLFW's numbers of those that are connected
     std::array<bool, 3> down_{};
     float pointerX_ = 0.0F, pointerY_ = 0.0F;  // as the window system told it last
     std::array<int, 4> place_{};  // of a window that fills the screen, before: x, y, width, height
@@ -116,6 +127,9 @@ class PictureTexture {
 
     /// RGBA, 8 bits, sRGB-encoded, row 0 on top; `pixels` holds 4 * width * height bytes.
     void upload(std::span<const std::uint8_t> pixels, std::uint32_t width, std::uint32_t height);
+    /// It is drawn into so many pixels: where they are its own each is read once and not mixed of four, which
+    /// costs a processor that draws the window most of its time.
+    void drawnInto(std::uint32_t width, std::uint32_t height);
     /// What Dear ImGui calls it.
     void* handle() const;
     bool empty() const { return width_ == 0; }
@@ -123,6 +137,7 @@ class PictureTexture {
   private:
     unsigned texture_ = 0;
     std::uint32_t width_ = 0, height_ = 0;
+    bool mixed_ = true;
 };
 
 /// Writes pixels as a PNG that appears by one rename: RGB, 8 bits, row 0 on top. Errors: PartFile's,

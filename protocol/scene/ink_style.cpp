@@ -25,7 +25,6 @@ constexpr std::array<std::string_view, 5> fills{"", "hatch", "ink", "wash", "non
 constexpr std::array<std::string_view, 10> pictures{"",           "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
-constexpr int mostRegions = 64, mostDabs = 4096;  // of a style; of a region
 
 /// A brush that inks nothing, or a wash without pigment.
 template <class Part>
@@ -49,15 +48,15 @@ Status checkRegion(const proto::InkStyle::Region& region) {
     const int numbers = region.dabs_size();
     if (numbers == 0 || numbers % 3 != 0)
         return invalid("dabs", fmt::format("three numbers a dab are needed, not {} in all", numbers));
-    if (numbers > 3 * mostDabs)
-        return invalid("dabs", fmt::format("at most {} dabs, not {}", mostDabs, numbers / 3));
+    if (numbers > 3 * mostInkDabs)
+        return invalid("dabs", fmt::format("at most {} dabs, not {}", mostInkDabs, numbers / 3));
     if (!(region.radius() > 0.0)) return invalid("radius", "a radius above 0 is needed");
     return success();
 }
 
 Status checkRegions(const proto::InkStyle& style) {
-    if (style.regions_size() > mostRegions)
-        return invalid("regions", fmt::format("at most {}, not {}", mostRegions, style.regions_size()));
+    if (style.regions_size() > mostInkRegions)
+        return invalid("regions", fmt::format("at most {}, not {}", mostInkRegions, style.regions_size()));
     for (int i = 0; i < style.regions_size(); ++i)
         MOTE_RETURN_IF_ERROR(checkRegion(style.regions(i)), fmt::format("regions[{}]", i));
     return success();

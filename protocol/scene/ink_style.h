@@ -19,6 +19,8 @@ namespace mote {
 
 enum class SilhouetteMode { none, all, important, adjusted };
 
+inline constexpr int mostInkRegions = 64, mostInkDabs = 4096;  ///< of a style; of a region
+
 struct SilhouetteStyle {
     SilhouetteMode mode;
     double importance;        ///< step above which a line is always drawn, 0 to 1 (LinePoint::step)

@@ -17,7 +17,7 @@ class Layers(DeskCase):
     def test_15_a_layer_is_added(self):
         viewer = self.beam()
         self.add(viewer, "data/magnet")
-        viewer.shows(lambda view: view and "mesh" in view["layers"][1])
+        viewer.shows(lambda view: "mesh" in view["layers"][1])
         viewer.see("Mesh")  # its editor
 
     def test_16_the_eye_hides_and_shows_a_layer(self):
@@ -49,12 +49,12 @@ class Layers(DeskCase):
         end = viewer.see("data/beam  particles")
         self.assertLess(begin[1], end[1])  # the upper one is over the others
         viewer.drag(begin, end)
-        viewer.shows(lambda view: view and [layer["dataset"] for layer in view["layers"]] == ["data/ct", "data/beam"])
+        viewer.shows(lambda view: [layer["dataset"] for layer in view["layers"]] == ["data/ct", "data/beam"])
 
     def test_18_a_layer_is_removed_and_comes_back(self):
         viewer = self.beam()
         self.add(viewer, "data/ct")
-        viewer.shows(lambda view: view and len(view["layers"]) == 2)
+        viewer.shows(lambda view: len(view["layers"]) == 2)
         viewer.press("Remove")
         viewer.shows(lambda view: len(view["layers"]) == 1)
         viewer.key("ctrl+z")
@@ -108,7 +108,7 @@ class Layers(DeskCase):
         viewer.press("name", within=(90, 130, 300, rows[0] - 10))
         viewer.until(lambda: (viewer.where("data/beam", within=self.LIST) or (0, 0))[1] > rows[1], "the other order")
         viewer.press("data/ct", within=self.LIST, least=0.95)
-        viewer.shows(lambda view: view and [layer["dataset"] for layer in view["layers"]] == ["data/beam", "data/ct"])
+        viewer.shows(lambda view: [layer["dataset"] for layer in view["layers"]] == ["data/beam", "data/ct"])
 
     # Curves, colours, styles.
 
@@ -116,7 +116,7 @@ class Layers(DeskCase):
         viewer = self.beam()
         x, y = viewer.see("Points: fraction over log density")
         viewer.click(1104, y + 60)
-        curve = viewer.shows(lambda view: view and "curve" in view["layers"][0]["particles"].get("points", {}))
+        curve = viewer.shows(lambda view: "curve" in view["layers"][0]["particles"].get("points", {}))
         knots = [(knot.get("density", 0), knot.get("fraction", 0)) for knot in curve["layers"][0]["particles"]["points"]["curve"]]
         self.assertEqual((knots[0][0], knots[-1][0]), (0, 1))
         self.assertEqual(knots[0][1], 1)
@@ -148,7 +148,7 @@ class Layers(DeskCase):
         viewer.shows(lambda view: len(view.get("layers", ())) == 2)
         viewer.press("inferno", within=(PANEL, 560, 1160, 720))
         viewer.press("viridis")
-        viewer.shows(lambda view: view and view["layers"][1]["particles"]["volume"]["colorMap"] == "viridis")
+        viewer.shows(lambda view: view["layers"][1]["particles"]["volume"]["colorMap"] == "viridis")
         viewer.do("Copy style")
         viewer.press("data/beam  particles", nth=1)
         viewer.do("Paste style")
@@ -158,7 +158,7 @@ class Layers(DeskCase):
         viewer = self.beam()
         viewer.press("inferno", within=(PANEL, 560, 1160, 720))
         viewer.press("viridis")
-        viewer.shows(lambda view: view and view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
+        viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
         viewer.do("Save style...")
         viewer.see("Cancel")
         viewer.key("Return")
@@ -194,7 +194,7 @@ class Layers(DeskCase):
         self.assertGreater(end, self.at(0.4, 0)[0])
         viewer.key("c")
         viewer.drag(self.at(1, 0), self.at(0.25, 0), steps=12)
-        box = viewer.shows(lambda view: view and "clip" in view["layers"][0])["layers"][0]["clip"]["box"]
+        box = viewer.shows(lambda view: "clip" in view["layers"][0])["layers"][0]["clip"]["box"]
         numpy.testing.assert_allclose(box["max"], [0.25, 1, 1], atol=0.02)
         self.assertEqual(box["min"], [-1, -1, -1])
         viewer.key("c")  # handles are warm too
@@ -208,7 +208,7 @@ class Layers(DeskCase):
         plane = lambda view: view["layers"][0]["clip"]["planes"][0]
         viewer.key("c")
         viewer.drag(self.at(0, 0), self.at(0.5, 0), steps=12)
-        viewer.shows(lambda view: view and abs(plane(view).get("distance", 0) - 1) < 0.05)  # the normal is 2 long
+        viewer.shows(lambda view: abs(plane(view).get("distance", 0) - 1) < 0.05)  # the normal is 2 long
         viewer.drag(self.at(0.5, 0, right=70), self.at(0.5, 0, down=-70))
         view = viewer.shows(lambda view: abs(plane(view)["normal"][1] - 2) < 0.05)
         self.assertLess(abs(plane(view)["normal"][0]) + abs(plane(view).get("distance", 0)), 0.1)
@@ -224,7 +224,7 @@ class Layers(DeskCase):
         viewer.key("c")  # unfolds it
         viewer.wheel(1100, 600, -8)
         viewer.press("Cut in front of the middle")
-        viewer.shows(lambda view: view and len(view["layers"][0]["clip"]["planes"]) == 1)
+        viewer.shows(lambda view: len(view["layers"][0]["clip"]["planes"]) == 1)
         before = viewer.view()["layers"][0]["clip"]["planes"][0]
         viewer.press("Other side")
         viewer.shows(lambda view: view["layers"][0]["clip"]["planes"][0]["normal"] == [-n for n in before["normal"]])
@@ -239,7 +239,7 @@ class Layers(DeskCase):
         moved = lambda view: numpy.reshape(view["layers"][0]["transform"], (4, 4))
         viewer.key("g")
         viewer.drag(self.at(0, 0, right=90), self.at(0.5, 0, right=90))
-        view = viewer.shows(lambda view: view and abs(view["layers"][0].get("transform", [0] * 4)[3] - 0.5) < 0.02)
+        view = viewer.shows(lambda view: abs(view["layers"][0].get("transform", [0] * 4)[3] - 0.5) < 0.02)
         numpy.testing.assert_allclose(moved(view)[:, :3], numpy.eye(4)[:, :3])
         viewer.key("g")
         viewer.until(lambda: abs(self.columns(viewer).min() - begin - 86) < 6, "the shift")
@@ -267,7 +267,7 @@ class Layers(DeskCase):
             viewer.key("ctrl+a")
             viewer.type(number)
             viewer.key("Return")
-            viewer.shows(lambda view: view and view["layers"][0].get("transform", [0] * 16)[place] == float(number))
+            viewer.shows(lambda view: view["layers"][0].get("transform", [0] * 16)[place] == float(number))
         viewer.press("Back to its own place")
         viewer.shows(lambda view: "transform" not in view["layers"][0])
 

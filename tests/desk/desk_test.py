@@ -139,7 +139,7 @@ class Desk(DeskCase):
         viewer.key("ctrl+a")
         viewer.type(str(path))
         viewer.key("Return")
-        viewer.shows(lambda view: view and view["layers"][0].get("step") == 3)
+        viewer.shows(lambda view: view["layers"][0].get("step") == 3)
         viewer.key("ctrl+z")
         viewer.shows(lambda view: view["layers"][0].get("step", 0) == 0)
 
@@ -160,7 +160,7 @@ class Desk(DeskCase):
         viewer = self.beam()
         viewer.drag((300, 300), (450, 330))
         viewer.key("Right")
-        viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
+        viewer.shows(lambda view: view["layers"][0].get("step") == 1)
         viewer.ask_to_close()
         self.assertEqual(viewer.process.wait(60), 0)
 
@@ -180,7 +180,7 @@ class Desk(DeskCase):
         viewer = self.viewer("--view", path)
         viewer.see("there is no step 99", within=(0, 0, PANEL, 720))
         viewer.press("Show step 5", within=(0, 0, PANEL, 720))
-        viewer.shows(lambda view: view and view["layers"][0]["step"] == 5)
+        viewer.shows(lambda view: view["layers"][0]["step"] == 5)
         viewer.gone("there is no step 99")
 
     def test_13_a_dataset_that_is_not_there_is_a_row_that_can_be_removed(self):
@@ -191,7 +191,7 @@ class Desk(DeskCase):
         viewer.see("data/gone (missing)", within=(PANEL, 0, 1280, 720))
         viewer.until(lambda: warm(viewer.picture()[:, :PANEL]).sum() > 2000, "the beam meanwhile")
         viewer.press("Remove its layer", within=(0, 0, PANEL, 720))
-        viewer.shows(lambda view: view and [layer["dataset"] for layer in view["layers"]] == ["data/beam"])
+        viewer.shows(lambda view: [layer["dataset"] for layer in view["layers"]] == ["data/beam"])
         viewer.until(lambda: warm(viewer.picture()[:, :PANEL]).sum() > 2000, "the beam")
 
     def test_14_or_replaced(self):
@@ -200,7 +200,7 @@ class Desk(DeskCase):
         viewer.see("data/gone (missing)", within=(PANEL, 0, 1280, 720))
         viewer.press("Replace...")
         viewer.press("data/beam", within=self.LIST)
-        viewer.shows(lambda view: view and view["layers"][0]["dataset"] == "data/beam"
+        viewer.shows(lambda view: view["layers"][0]["dataset"] == "data/beam"
                      and view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
 
     # The first picture.
@@ -242,7 +242,7 @@ class Desk(DeskCase):
         viewer = self.beam(size=(3840, 2160))
         for _ in range(5):
             viewer.key("Right")
-        viewer.shows(lambda view: view and view["layers"][0].get("step") == 5)
+        viewer.shows(lambda view: view["layers"][0].get("step") == 5)
         for _ in range(5):
             viewer.key("ctrl+z")
         viewer.shows(lambda view: view["layers"][0].get("step", 0) == 0)
@@ -369,7 +369,7 @@ class Desk(DeskCase):
         viewer.key("F11")
         viewer.key("F11")
         viewer.key("Right")
-        viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
+        viewer.shows(lambda view: view["layers"][0].get("step") == 1)
 
     def test_35_all_keys_are_shown(self):
         viewer = self.beam()
@@ -399,7 +399,7 @@ class Desk(DeskCase):
         viewer = self.beam()
         viewer.rests(0.02)  # the line's own pulse
         viewer.key("Right")  # and it wakes
-        viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
+        viewer.shows(lambda view: view["layers"][0].get("step") == 1)
 
     def test_39_the_pointer_says_what_a_control_does(self):
         viewer = self.beam()
@@ -481,7 +481,7 @@ class Desk(DeskCase):
     def test_45_a_click_on_the_time_bar_goes_there(self):
         viewer = self.beam()
         viewer.click(598, 705)
-        viewer.shows(lambda view: view and view["layers"][0].get("step") == 5)
+        viewer.shows(lambda view: view["layers"][0].get("step") == 5)
         viewer.key("Home")
         viewer.shows(lambda view: view["layers"][0].get("step", 0) == 0)
         viewer.key("End")
@@ -504,7 +504,7 @@ class Desk(DeskCase):
         viewer.press("back", within=(600, 690, PANEL, 720))
         viewer.key("space")
         viewer.gone("Pause")
-        viewer.shows(lambda view: view and view["layers"][0].get("step", 0) == 0)
+        viewer.shows(lambda view: view["layers"][0].get("step", 0) == 0)
 
     # Pictures.
 
@@ -545,7 +545,7 @@ class Desk(DeskCase):
         viewer.move(1100, 600)
         viewer.wheel(1100, 600, -40)
         viewer.press("labels")
-        viewer.shows(lambda view: view and view["annotations"].get("labels"))
+        viewer.shows(lambda view: view["annotations"].get("labels"))
         viewer.press("axes")
         viewer.shows(lambda view: "axes" not in view["annotations"])
 
@@ -561,7 +561,7 @@ class Desk(DeskCase):
             viewer.move(470 + 120 * math.sin(angle), 280 - 90 * math.cos(angle))
             time.sleep(0.03)
         viewer.display.button(1, False)
-        viewer.shows(lambda view: view and view["selections"][0]["name"] == "lasso" and "highlight" in view["layers"][0])
+        viewer.shows(lambda view: view["selections"][0]["name"] == "lasso" and "highlight" in view["layers"][0])
         viewer.key("Escape")
         viewer.key("ctrl+z")
         viewer.shows(lambda view: "selections" not in view)
@@ -624,7 +624,7 @@ class Desk(DeskCase):
                 viewer.click(*at)
             viewer.gone("Connect now")
             viewer.key("Right")
-            viewer.shows(lambda view: view and view["layers"][0].get("step") == 1)
+            viewer.shows(lambda view: view["layers"][0].get("step") == 1)
 
 
 if __name__ == "__main__":

@@ -239,10 +239,10 @@ class Viewer:
         return kept["views"][kept["subject"]] if kept else {}
 
     def shows(self, holds, what="that view"):
-        """Waits until the view holds."""
+        """Waits until the view holds; before anything was done there is none."""
         def check():
             view = self.view()
-            return view if holds(view) else None
+            return view if view and holds(view) else None
         return self.until(check, what)
 
     def panes(self):

@@ -53,9 +53,12 @@ glm::dvec3 middleOf(const proto::ClipPlane& plane, const Bounds& bounds) {
     return bounds.center() + normal * ((plane.distance() - glm::dot(normal, bounds.center())) / squared);
 }
 
-glm::dvec3 onRing(const glm::dvec3& center, int axis, double radius, double angle) {
-    return center + radius * (std::cos(angle) * axisVector((axis + 1) % 3) +
-                              std::sin(angle) * axisVector((axis + 2) % 3));
+/// A circle that is stretched along with all else, of so much at most.
+glm::dvec3 onRing(const glm::dvec3& center, int axis, double radius, double angle,
+                  const glm::dvec3& stretch) {
+    const auto one = axisVector((axis + 1) % 3) * stretch, other = axisVector((axis + 2) % 3) * stretch;
+    const double most = std::max(glm::length(one), glm::length(other));
+    return center + radius / most * (std::cos(angle) * one + std::sin(angle) * other);
 }
 
 }  // namespace
@@ -64,8 +67,9 @@ glm::dvec3 onRing(const glm::dvec3& center, int axis, double radius, double angl
 struct Handles::Picture {
     Camera camera;
     double width, height, scale;
-    glm::dvec2 corner;  // its upper left one, on the screen
-    Bounds bounds;      // layer space
+    glm::dvec2 corner;   // its upper left one, on the screen
+    Bounds bounds;       // layer space
+    glm::dvec3 stretch;  // of the view, from where layers are placed to the world
 
     double aspect() const { return width / height; }
     /// Beyond all pictures what is not before the eye.
@@ -102,7 +106,7 @@ struct Handles::Picture {
         return line.from + line.along * (glm::dot(normal, place - line.from) / glm::dot(normal, line.along));
     }
     double angle(const Handle& handle, glm::dvec2 mouse) const {
-        const auto arm = on(handle.place, handle.along, mouse) - handle.place;
+        const auto arm = (on(handle.place, handle.along, mouse) - handle.place) / stretch;
         return std::atan2(arm[(handle.index + 2) % 3], arm[(handle.index + 1) % 3]);
     }
 
@@ -197,7 +201,7 @@ void Handles::addCuts(const ViewModel& model, const Picture& picture, std::vecto
 }
 
 void Handles::addPlaces(const ViewModel& model, const Picture& picture, std::vector<Handle>& handles) const {
-    const auto transform = model.transform();
+    const auto transform = model.layerToWorld();
     const auto center = toWorld(transform, picture.bounds.center());
     picture.box(transform, picture.bounds, IM_COL32(225, 225, 230, 90));
     const auto mouse = ImGui::GetIO().MousePos;
@@ -215,7 +219,7 @@ void Handles::addPlaces(const ViewModel& model, const Picture& picture, std::vec
         Handle ring{Of::turn, axis, center, way, glm::dvec2(std::numeric_limits<double>::infinity())};
         const auto place = [&](int i) {
             return onRing(center, axis, picture.length(center, ringRadius),
-                          i * glm::two_pi<double>() / ringPieces);
+                          i * glm::two_pi<double>() / ringPieces, picture.stretch);
         };
         for (int i = 0; i < ringPieces; ++i) {
             picture.line(place(i), place(i + 1), color, 2.0F);
@@ -263,7 +267,7 @@ bool Handles::pullPlane(ViewModel& model, const Picture& picture, glm::dvec2 to)
     const auto moved =
         tip + picture.on(tip, picture.sight(), to) - picture.on(tip, picture.sight(), held_->from);
     const auto middle = middleOf(plane, picture.bounds);
-    const auto arm = toWorld(glm::inverse(held_->transform), moved) - middle;
+    const auto arm = toWorld(glm::inverse(held_->layerToWorld), moved) - middle;
     if (!(glm::length(arm) > 0.0)) return false;
     const auto normal = glm::normalize(arm) * length;
     writeVector(normal, plane.mutable_normal());
@@ -274,12 +278,14 @@ bool Handles::pullPlane(ViewModel& model, const Picture& picture, glm::dvec2 to)
 /// Where a layer is that was pulled so far.
 glm::dmat4 Handles::placed(const Picture& picture, glm::dvec2 to) const {
     const auto& handle = held_->handle;
+    // The layer's own transform comes before the view's stretch.
     const auto about = [&](const glm::dmat4& change) {
-        return glm::translate(glm::dmat4(1.0), handle.place) * change *
-               glm::translate(glm::dmat4(1.0), -handle.place) * held_->transform;
+        const auto place = handle.place / picture.stretch;
+        return glm::translate(glm::dmat4(1.0), place) * change * glm::translate(glm::dmat4(1.0), -place) *
+               held_->transform;
     };
     const auto shifted = [&](const glm::dvec3& way) {
-        return glm::translate(glm::dmat4(1.0), way) * held_->transform;
+        return glm::translate(glm::dmat4(1.0), way / picture.stretch) * held_->transform;
     };
     switch (handle.of) {
         case Of::shift:
@@ -333,7 +339,8 @@ std::string Handles::said(const ViewModel& model) const {
                         : handle.of == Of::stretch ? placement->stretch
                                                    : placement->shift;
     const char* what = handle.of == Of::turn ? "turned" : handle.of == Of::stretch ? "stretched" : "shifted";
-    return fmt::format("{} {:.4g}, {:.4g}, {:.4g}", what, shown.x, shown.y, shown.z);
+    const bool metres = model.inMetres() && &shown == &placement->shift;
+    return fmt::format("{} {:.4g}, {:.4g}, {:.4g}{}", what, shown.x, shown.y, shown.z, metres ? " m" : "");
 }
 
 bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
@@ -346,13 +353,13 @@ bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
     // Within the picture, as all that follows but what is drawn.
     const glm::dvec2 mouse(io.MousePos.x - area.left, io.MousePos.y - area.top);
     const double width = area.width, height = area.height;
-    const Picture picture{model.camera(width / height), width,  height, area.scale,
-                          {area.left, area.top},        *bounds};
+    const Picture picture{model.camera(width / height), width,   height,         area.scale,
+                          {area.left, area.top},        *bounds, model.stretch()};
     // Let go, it is where the mouse was last.
     if (held_ && mouse != held_->from) changed |= pull(model, picture, mouse);
     std::vector<Handle> handles;
     if (cuts) addCuts(model, picture, handles);
-    if (places && !model.inMetres()) addPlaces(model, picture, handles);
+    if (places) addPlaces(model, picture, handles);
     if (held_) {
         ImGui::SetTooltip("%s", said(model).c_str());
         if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) held_.reset();
@@ -366,7 +373,7 @@ bool Handles::draw(ViewModel& model, const PictureArea& area, bool& changed) {
                                               static_cast<float>(handleRadius + 3.0) * area.scale,
                                               IM_COL32_WHITE, 0, 2.0F * area.scale);
     if (!ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return false;
-    held_ = Held{*nearest, mouse, model.clip(), model.layerToWorld()};
+    held_ = Held{*nearest, mouse, model.clip(), model.transform(), model.layerToWorld()};
     return true;
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "client/view/hand/brush.h"
 #include "client/view/over_picture.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
@@ -26,6 +27,7 @@ class Handles {
   public:
     bool cuts = false;    ///< those that cut away are shown
     bool places = false;  ///< those that place the layer
+    Brush brush;          ///< of a layer in ink
 
     /// Draws what is shown over the picture and lets the mouse have it. True while the mouse holds a handle:
     /// it turns no camera then. `changed`: so was the layer.
@@ -45,7 +47,8 @@ class Handles {
         Handle handle;
         glm::dvec2 from;
         proto::Clip clip;
-        glm::dmat4 transform;
+        glm::dmat4 transform;     ///< the layer's own
+        glm::dmat4 layerToWorld;  ///< with what a view in metres adds
     };
     struct Picture;
 

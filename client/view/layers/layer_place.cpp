@@ -97,9 +97,8 @@ void drawPlacement(ViewModel& model, Handles& handles, const LayerPanel& panel) 
         takeEdit(model.setInMetres(metres), panel.actions);
     auto transform = model.transform();
     const auto before = transform;
-    if (metres) dim("In metres it is placed by numbers: there are no handles.");
     glm::dvec3 shift(transform[3]);
-    if (typeNumbers("shift", shift)) transform[3] = glm::dvec4(shift, 1.0);
+    if (typeNumbers(metres ? "shift, m" : "shift", shift)) transform[3] = glm::dvec4(shift, 1.0);
     if (auto placement = Placement::of(transform)) {
         bool typed = typeNumbers("turn, deg", placement->turn);
         typed |= typeNumbers("stretch", placement->stretch);

@@ -298,11 +298,7 @@ void NumbersEditor::drawTool(const PictureArea& area) const {
     const auto* said = kind == PictureTool::Kind::lasso
                            ? "Lasso: draw a line around particles (L or Esc ends)"
                            : "Pick: click on a point (P or Esc ends)";
-    const ImVec2 size = ImGui::CalcTextSize(said);
-    const ImVec2 at{area.left + 0.5F * (area.width - size.x), area.top + 14.0F};
-    draw.AddRectFilled({at.x - 12.0F, at.y - 6.0F}, {at.x + size.x + 12.0F, at.y + size.y + 6.0F},
-                       IM_COL32(20, 24, 32, 220), 8.0F);
-    draw.AddText(at, IM_COL32(235, 240, 250, 255), said);
+    drawSign(area, said);
     const auto& line = controls_.tool.line();
     for (const auto& place : line)
         draw.PathLineTo({area.left + static_cast<float>(place.x) * area.width,

@@ -52,6 +52,7 @@ void Pane::forgetAsked() {
 
 void Pane::drawPicture(const PictureArea& area) const {
     if (!texture_) return;
+    texture_->drawnInto(area.columns, area.rows);
     ImGui::GetBackgroundDrawList()->AddImage(texture_->handle(), {area.left, area.top},
                                              {area.left + area.width, area.top + area.height});
 }

@@ -30,6 +30,8 @@ class Pane {
     /// more. True if it asks.
     bool needs(const PictureArea& area, bool moving) const;
     void ask(Connection& line, proto::View view, const PictureArea& area, bool moving);
+    /// Something was asked for over this line.
+    bool isAsked() const { return firstView_ != 0; }
     /// What is said of a view is said of what this pane asked for.
     bool hears(std::uint64_t view) const { return firstView_ != 0 && view >= firstView_; }
     /// Shows it from now on, if it is of a view of its own.
