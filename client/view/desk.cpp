@@ -134,8 +134,11 @@ void Desk::look(std::span<const DeskPane> panes, std::size_t active, const Links
     if (isSeen(state)) return;
     keepViews(state);
     // Before the first gesture there is nothing to be kept.
-    stale_ |=
-        states_.canGoBack() || states_.canGoForward() || cameras_.canGoBack() || cameras_.canGoForward();
+    stale_ |= wasWorkedOn();
+}
+
+bool Desk::wasWorkedOn() const {
+    return states_.canGoBack() || states_.canGoForward() || cameras_.canGoBack() || cameras_.canGoForward();
 }
 
 /// All of it is as it was when it was last looked at.
@@ -271,6 +274,7 @@ Status Desk::writeFile() {
 }
 
 void Desk::adopt(const Session& session) {
+    if (!wasWorkedOn()) kept_.clear();
     for (const auto& [name, view] : session.views) kept_[name] = {name, view, workOf(view)};
     adopted_ = stale_ = true;
     seen_.clear();

@@ -182,6 +182,7 @@ class Desk {
 
     PaneState seePane(const DeskPane& pane, std::uint64_t gesture);
     bool isSeen(const DeskState& state);
+    bool wasWorkedOn() const;
     void keepViews(const DeskState& state);
     DeskState withCameras(const DeskState& from, bool back) const;
     std::optional<PaneCameras> goToCameras(bool back);

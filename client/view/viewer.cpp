@@ -70,6 +70,7 @@ Viewer::Viewer(const ViewOptions& options)
     if (!window_) window_ = std::make_shared<Window>(options_.width, options_.height, "Mote");
     window_->setLight(isMarked(lightWindow));
     window_->useDevices(!isMarked(noDevices));
+    settling_ = settlingFrames;
 }
 
 void Viewer::beginSession() {

@@ -78,7 +78,7 @@ class DeskHand(DeskCase):
 
     @staticmethod
     def at(x, y, right=0, down=0):
-        return 470 + 180 * x + right, 360 - 180 * y + down
+        return round(470 + 180 * x + right), round(360 - 180 * y + down)
 
     def test_79_layers_in_metres_have_handles(self):
         viewer = self.metres([2, 1, 1])  # the cube's middle, 0.5 m, is seen at 1
@@ -94,8 +94,11 @@ class DeskHand(DeskCase):
         view = viewer.shows(lambda view: "transform" in view["layers"][0])
         numpy.testing.assert_allclose(moved(view), [[0, -1, 0, 1], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], atol=0.06)
         viewer.key("ctrl+z")
+        viewer.shows(lambda view: "transform" not in view["layers"][0])
         viewer.key("g")
         viewer.key("c")
+        x, y = self.at(2, 0.5)
+        viewer.until(lambda: viewer.picture()[y, x, 0] > 200 > 2 * viewer.picture()[y, x, 1] - 60, "the face's handle")
         viewer.drag(self.at(2, 0.5), self.at(1, 0.5), steps=12)
         box = viewer.shows(lambda view: "clip" in view["layers"][0])["layers"][0]["clip"]["box"]
         numpy.testing.assert_allclose(box["max"], [0.5, 1, 1], atol=0.02)

@@ -63,6 +63,7 @@ class Layers(DeskCase):
     def test_19_each_layer_has_its_editor(self):
         viewer = self.beam()
         self.add(viewer, "data/ct")
+        viewer.press("Dataset")  # folded, the rest is to be seen
         viewer.see("own range of colours")
         viewer.key("Right")  # the beam's steps, for the volume has none
         viewer.shows(lambda view: view["layers"][0].get("step") == 1 and "step" not in view["layers"][1])
@@ -114,6 +115,7 @@ class Layers(DeskCase):
 
     def test_48_a_new_knot_acts_where_it_is(self):
         viewer = self.beam()
+        viewer.press("Layers")  # folded, the rest is to be seen
         x, y = viewer.see("Points: fraction over log density")
         viewer.click(1104, y + 60)
         curve = viewer.shows(lambda view: "curve" in view["layers"][0]["particles"].get("points", {}))
