@@ -29,6 +29,7 @@ void* DatasetThumbnails::handle(const proto::Catalogue::Entry& entry) const {
 void DatasetThumbnails::rest() {
     connection_.reset();
     awaited_.clear();
+    arrived_.clear();
 }
 
 void DatasetThumbnails::show(const std::vector<const proto::Catalogue::Entry*>& seen) {
@@ -89,12 +90,18 @@ void DatasetThumbnails::takeFrames() {
         awaited_.clear();
         keep(of, frame->pixels);
     }
+    if (arrived_.empty()) return;
+    const auto [of, pixels] = std::move(arrived_.front());
+    arrived_.pop_front();
+    awaited_.erase(of);
+    keep(of, pixels);
+    if (!arrived_.empty()) Window::wake();
 }
 
 /// One that was given up, or whose line broke, may be asked for again.
 void DatasetThumbnails::answered(const std::string& of, const Result<FramePixels>& pixels) {
+    if (pixels.ok()) return static_cast<void>(arrived_.emplace_back(of, *pixels));
     awaited_.erase(of);
-    if (pixels.ok()) return keep(of, *pixels);
     const bool lost = connection_->state() != Connection::State::connected;
     if (!lost && pixels.error().code != ErrorCode::resourceExhausted) failed_.insert(of);
 }

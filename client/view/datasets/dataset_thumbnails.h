@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <list>
 #include <map>
@@ -15,6 +16,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/shared/connection.h"
@@ -55,9 +57,10 @@ class DatasetThumbnails {
     std::filesystem::path file_;
     std::list<Picture> pictures_;  // those that were seen last in front
     std::map<std::string, std::list<Picture>::iterator> found_;
-    std::set<std::string> failed_;   // of which there can be none
-    std::set<std::string> awaited_;  // that are asked for
-    std::uint64_t view_ = 0;         // that was asked for, of an older server
+    std::set<std::string> failed_;                             // of which there can be none
+    std::set<std::string> awaited_;                            // that are asked for, or have arrived
+    std::deque<std::pair<std::string, FramePixels>> arrived_;  // and are to become textures, one a frame
+    std::uint64_t view_ = 0;                                   // that was asked for, of an older server
     std::unique_ptr<Connection> connection_;
 };
 

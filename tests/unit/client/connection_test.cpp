@@ -259,6 +259,46 @@ TEST_F(ConnectionTest, AnAnswerOfAnotherKindIsAnError) {
     EXPECT_EQ(error->code, ErrorCode::internal);
 }
 
+/// A view with a hidden layer, as a server of that minor version gets it.
+proto::Layer hiddenLayerAt(Connection& connection, FakeServer& server) {
+    auto view = viewOfWidth(3);
+    view.add_layers()->set_hidden(true);
+    view.mutable_layers(0)->set_opacity(0.5);
+    connection.setView(view, {});
+    return server.read().set_view().view().layers(0);
+}
+
+TEST_F(ConnectionTest, AHiddenLayerIsHidden) {
+    connect(quietSettings(), 4);
+    const auto layer = hiddenLayerAt(*connection_, server_);
+    EXPECT_TRUE(layer.hidden());
+    EXPECT_EQ(layer.opacity(), 0.5);
+}
+
+TEST_F(ConnectionTest, AServerThatKnowsNoHiddenLayersIsToldThatNothingIsThere) {
+    connect(quietSettings(), 3);
+    EXPECT_EQ(hiddenLayerAt(*connection_, server_).opacity(), 0.0);
+}
+
+TEST_F(ConnectionTest, AThumbnailIsAPicture) {
+    connect(quietSettings(), 4);
+    const auto pixels = test::samplePixels(16, 8, proto::SRGB8);
+    for (const bool whole : {true, false}) {
+        std::optional<Result<FramePixels>> got;
+        connection_->thumbnail("data/a", [&](Result<FramePixels> reply) { got = std::move(reply); });
+        const auto question = server_.read();
+        EXPECT_EQ(question.get_thumbnail().dataset(), "data/a");
+        proto::ServerMessage answer;
+        answer.set_reply_to(question.request());
+        answer.mutable_thumbnail()->set_width(16);
+        answer.mutable_thumbnail()->set_height(8);
+        server_.send(answer, whole ? test::jpegPayload(pixels, 16) : "no JPEG");
+        ASSERT_TRUE(eventually(*connection_, [&] { return got.has_value(); }));
+        ASSERT_EQ(got->ok(), whole);
+        EXPECT_EQ(whole ? got->value().bytes.size() : pixels.size(), pixels.size());
+    }
+}
+
 // Queued views: each is drawn and each frame is taken, in order, whatever the line does.
 
 using testing::ElementsAre;
