@@ -21,6 +21,7 @@ ADDITIONS = {
             "server/render/layers/mesh/",
             "server/frames/ink_layer.",  # draws the same data, here and below
             "server/render/layers/ink/",
+            "server/numbers/pick_run.",  # finds what ink draws
             "client/view/layers/mesh_editor.",
         ),
         {
