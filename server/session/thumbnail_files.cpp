@@ -2,18 +2,23 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 #include <span>
 #include <string_view>
 #include <tuple>
 #include <utility>
 
+#include "protocol/scene/system_error.h"
 #include "protocol/scene/utf8.h"
 #include "protocol/wire/private_file.h"
 #include "server/jobs/state_directory.h"
 #include "server/log.h"
 #include "server/session/thumbnails.h"
+#include "storage/files/file_descriptor.h"
 #include "storage/hash.h"
 
 namespace mote::server {
@@ -42,6 +47,20 @@ std::string keyIn(const fs::path& file) {
 /// What a server that was killed had not renamed yet.
 bool isUnfinished(const fs::path& file) {
     return file.filename().string().find(std::string(thumbnailSuffix) + ".") == keyDigits;
+}
+
+/// Appears by one rename. Nothing waits for the disk, as who else writes there would wait too: what a machine
+/// that crashes leaves of it is told by its hash, and drawn anew.
+Status writeThumbnail(const fs::path& path, std::string_view text) {
+    auto temporary = path.string() + ".XXXXXX";
+    const storage::FileDescriptor file(::mkostemp(temporary.data(), O_CLOEXEC));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be made");
+    const auto written = ::write(file.get(), text.data(), text.size());
+    const bool whole = written >= 0 && static_cast<std::size_t>(written) == text.size();
+    if (whole && ::rename(temporary.c_str(), path.c_str()) == 0) return success();
+    const int error = written >= 0 && !whole ? ENOSPC : errno;
+    ::unlink(temporary.c_str());
+    return systemError(error, path.string(), "cannot be written");
 }
 
 }  // namespace
@@ -117,7 +136,7 @@ void ThumbnailFiles::keep(const std::string& key, const Thumbnail& thumbnail) {
     const auto text = headerOf(jpeg).append(jpeg);
     if (!usable_ || text.size() > std::min<std::uint64_t>(most_, largestThumbnail)) return;
     forget(std::string(key));
-    const auto written = wire::writePrivateFile(path(key), text);
+    const auto written = writeThumbnail(path(key), text);
     // A full disk is said once, not at every thumbnail.
     if (!written.ok() && !saidFull_)
         log::warn("a thumbnail is not kept: {}", toLogText(written.error().toString()));
