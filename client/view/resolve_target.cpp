@@ -198,10 +198,16 @@ std::string cachedName(const std::filesystem::path& file) {
 }  // namespace
 
 Status startServer(ViewOptions& options) {
-    const Interrupt interrupt;
-    MOTE_ASSIGN_OR_RETURN(
-        options.server,
-        PrivateServer::launch("mote-view", {serverBesideUs(), options.spawn, {}, 0}, interrupt));
+    sigset_t before;
+    ::pthread_sigmask(SIG_BLOCK, nullptr, &before);
+    auto started = [&] {
+        const Interrupt interrupt;
+        return PrivateServer::launch("mote-view", {serverBesideUs(), options.spawn, {}, 0}, interrupt);
+    }();
+    // Signals end this program again, and what prepares a file for it.
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    MOTE_RETURN_IF_ERROR(started);
+    options.server = *std::move(started);
     return success();
 }
 
