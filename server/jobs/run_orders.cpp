@@ -45,13 +45,14 @@ unsigned threadsOf(const JobSettings& settings) {
     return settings.runner == "slurm" ? std::max(settings.threads, 1U) : settings.threads;
 }
 
-/// mpirun, before the words of what it is to start.
+/// mpirun, before the words of what it is to start. Its own files, and those of its parts, lie where TMPDIR
+/// is.
 void launch(RunOrder& order, unsigned ranks) {
     order.launcher = true;
     order.scratch = order.directory / "mpi";
-    order.program = {findProgram("mpirun").string(), "-n", std::to_string(ranks)};
+    order.program = {findProgram("env").string(), "TMPDIR=" + order.scratch.string(),
+                     findProgram("mpirun").string(), "-n", std::to_string(ranks)};
     order.program.insert(order.program.end(), std::begin(kLaunch), std::end(kLaunch));
-    order.program.insert(order.program.end(), {"--mca", "orte_tmpdir_base", order.scratch.string()});
     if (::geteuid() == 0) order.program.emplace_back("--allow-run-as-root");
 }
 
