@@ -75,6 +75,7 @@ inline ProcessOptions mpiEnvironment(const std::filesystem::path& folder) {
     options.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
                            {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
                            {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+                           {"PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"},  // of Open MPI 5
                            {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
                            {"TMPDIR", folder.string()}};
     return options;

@@ -145,6 +145,10 @@ TEST_F(SlurmJobTest, ANodeThatGoesDownInterruptsOnce) {
     ask("scontrol update NodeName=$(hostname -s) State=DOWN Reason=test");
     waitUntil(id, [](const auto& status) { return status.interrupted() == 1; });
     ask("scontrol update NodeName=$(hostname -s) State=RESUME");
+    // Not before it waits, too: the first may be there still, and would take what is meant for the second.
+    waitUntil(id, [&](const auto& status) {
+        return status.phase() == "on" && status.runner_id() != std::to_string(first);
+    });
     release("never");
     const auto done = waitForState(id, State::SUCCEEDED);
     EXPECT_EQ(done.interrupted(), 1U);

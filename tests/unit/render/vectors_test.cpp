@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <cctype>
+#include <string>
+
 #include "server/render/device.h"
 
 namespace mote::render {
@@ -36,8 +39,12 @@ TEST_F(VectorsTest, EachKindThatIsHereCanBeNamedAndUsed) {
 }
 
 TEST_F(VectorsTest, CaseIsNothing) {
-    EXPECT_TRUE(vectorsNamed("scalar"));
-    EXPECT_EQ(vectorsNamed("SCALAR"), vectorsNamed("scalar"));
+    for (const auto& name : vectorNames()) {
+        std::string lower = name;
+        for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        ASSERT_TRUE(vectorsNamed(name));
+        EXPECT_EQ(vectorsNamed(lower), vectorsNamed(name));
+    }
 }
 
 TEST_F(VectorsTest, WhatIsNotHereIsSaidWithWhatIs) {
