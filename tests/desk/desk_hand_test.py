@@ -33,7 +33,7 @@ class DeskHand(DeskCase):
         time.sleep(seconds)
         viewer.display.key(key, False)
 
-    def test_77_a_flight_goes_ahead_and_is_one_step(self):
+    def test_80_a_flight_goes_ahead_and_is_one_step(self):
         path = self.saved("fly.json", {"camera": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0]},
                                        "layers": [{"dataset": "data/beam", "particles": {}}]})
         viewer = self.beam("--view", path)
@@ -57,7 +57,7 @@ class DeskHand(DeskCase):
                      "the camera before the flight")
         viewer.rests(0.05)
 
-    def test_78_a_faster_flight_by_the_wheel(self):
+    def test_81_a_faster_flight_by_the_wheel(self):
         viewer = self.beam()
         viewer.key("shift+f")
         viewer.see("0.5 of the way", within=(0, 0, PANEL, 60))
@@ -80,7 +80,7 @@ class DeskHand(DeskCase):
     def at(x, y, right=0, down=0):
         return round(470 + 180 * x + right), round(360 - 180 * y + down)
 
-    def test_79_layers_in_metres_have_handles(self):
+    def test_82_layers_in_metres_have_handles(self):
         viewer = self.metres([2, 1, 1])  # the cube's middle, 0.5 m, is seen at 1
         moved = lambda view: numpy.reshape(view["layers"][0]["transform"], (4, 4))
         viewer.key("g")
@@ -111,7 +111,7 @@ class DeskHand(DeskCase):
         viewer.see("exact", within=(PANEL, 60, 1280, 110))
         return viewer
 
-    def test_80_a_brush_paints_a_drawing(self):
+    def test_83_a_brush_paints_a_drawing(self):
         viewer = self.drawing()
         paper = viewer.picture()[340:380, 420:520].mean()
         viewer.key("b")
@@ -143,7 +143,7 @@ class DeskHand(DeskCase):
         viewer.press("Remove", within=(PANEL, 0, 1280, 720), nth=1)
         viewer.shows(lambda view: not regions(view))
 
-    def test_81_brushes_have_sizes(self):
+    def test_84_brushes_have_sizes(self):
         viewer = self.drawing()
         viewer.key("b")
         viewer.see("a drag paints", within=(0, 0, PANEL, 60))
@@ -158,7 +158,7 @@ class DeskHand(DeskCase):
         viewer.gone("a drag paints", within=(0, 0, PANEL, 60))
         self.assertEqual(len(regions(viewer.view())[0]["dabs"]), 3)
 
-    def test_82_how_far_a_file_is_prepared_is_said(self):
+    def test_85_how_far_a_file_is_prepared_is_said(self):
         folder = hand.new_folder()
         go = folder / "go"
         for program in ("mote-view", "mote-server"):
