@@ -71,9 +71,9 @@ double QualityController::steadyShare(double wanted, double previewShare) {
 }
 
 /// Half the resolution where the pixels alone would take most of the time, a third where those of half would
-/// take more than all of it; back only where they clearly would not, or the picture would flicker.
+/// leave too little for the points; back only where they clearly would not, or the picture would flicker.
 std::uint32_t QualityController::steadyDivisor(double pixelMs) const {
-    constexpr double mostOfWhole = 0.65, mostOfHalf = 1.1, back = 0.6;
+    constexpr double mostOfWhole = 0.65, mostOfHalf = 0.85, back = 0.7;
     const auto fits = [&](std::uint32_t divisor, double most) {
         return pixelMs / (divisor * divisor) <= most * (divisor_ > divisor ? back : 1.0) * budgetMs_;
     };
