@@ -33,59 +33,30 @@ Thumbnails::Thumbnails(StepSource& data, RenderService& render, const CrashRecor
     target.jpeg = true;
     render_.open(thumbnailSession, 1, events(), true);
     render_.setTarget(thumbnailSession, target);
-    thread_ = std::thread([this] { run(); });
 }
 
-Thumbnails::~Thumbnails() {
-    stop();
-}
+Thumbnails::~Thumbnails() = default;
 
 void Thumbnails::stop() {
-    {
-        const std::lock_guard lock(mutex_);
-        if (std::exchange(stopping_, true)) return;
-    }
-    wake_.notify_one();
+    thread_.stop();
     thread_.join();
     render_.close(thumbnailSession);
-}
-
-void Thumbnails::run() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        wake_.wait(lock, [this] { return stopping_ || !work_.empty(); });
-        if (stopping_) return;
-        const auto work = std::move(work_.front());
-        work_.pop_front();
-        lock.unlock();
-        work();
-        lock.lock();
-    }
-}
-
-void Thumbnails::post(std::function<void()> work) {
-    {
-        const std::lock_guard lock(mutex_);
-        if (stopping_) return;
-        work_.push_back(std::move(work));
-    }
-    wake_.notify_one();
 }
 
 RenderEvents Thumbnails::events() {
     return {[this](RenderedFrame frame) {
                 const auto shared = std::make_shared<RenderedFrame>(std::move(frame));
-                post([this, shared] { drawn(std::move(*shared)); });
+                asio::post(thread_, [this, shared] { drawn(std::move(*shared)); });
             },
             [this](const ViewTask& task, Error error) {
-                post([this, view = task.viewId, error = std::move(error)] { settle(view, error); });
+                asio::post(thread_,
+                           [this, view = task.viewId, error = std::move(error)] { settle(view, error); });
             }};
 }
 
 void Thumbnails::ask(std::string dataset, std::weak_ptr<const void> wanted, Answered answered) {
-    post([this, dataset = std::move(dataset), asker = Asker{std::move(wanted), std::move(answered)}] {
-        look(dataset, asker);
-    });
+    asio::post(thread_, [this, dataset = std::move(dataset),
+                         asker = Asker{std::move(wanted), std::move(answered)}] { look(dataset, asker); });
 }
 
 void Thumbnails::look(const std::string& dataset, Asker asker) {

@@ -6,18 +6,15 @@
 #pragma once
 
 #include <asio/any_io_executor.hpp>
-#include <condition_variable>
+#include <asio/thread_pool.hpp>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <list>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "protocol/mote.pb.h"
@@ -84,7 +81,7 @@ class Thumbnails {
     /// for last are drawn first. Errors: notFound, unsupported (no layer draws it by itself), those of its
     /// picture.
     void ask(std::string dataset, std::weak_ptr<const void> wanted, Answered answered);
-    /// Waits for what the thread does; nothing is answered any more.
+    /// Once. Waits for what the thread does; nothing is answered any more.
     void stop();
 
   private:
@@ -102,8 +99,6 @@ class Thumbnails {
         bool wanted();
     };
 
-    void run();
-    void post(std::function<void()> work);
     RenderEvents events();
     void look(const std::string& dataset, Asker asker);
     void drawNext();
@@ -121,11 +116,7 @@ class Thumbnails {
     std::optional<Missing> drawing_;  // whose picture is under way
     std::uint64_t view_ = 0;          // that picture's
 
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    std::deque<std::function<void()>> work_;
-    bool stopping_ = false;
-    std::thread thread_;
+    asio::thread_pool thread_{1};
 };
 
 /// What one client has asked for and not been answered, of bounded number. Owned by its session, on the
