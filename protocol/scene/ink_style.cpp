@@ -25,7 +25,6 @@ constexpr std::array<std::string_view, 5> fills{"", "hatch", "ink", "wash", "non
 constexpr std::array<std::string_view, 10> pictures{"",           "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
-
 /// A brush that inks nothing, or a wash without pigment.
 template <class Part>
 Part nothingOf() {
