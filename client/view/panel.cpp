@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client/shared/jobs.h"
+#include "client/view/layers/field_controls.h"
 #include "client/view/slider_values.h"
 #include "protocol/scene/dataset.h"
 
@@ -227,6 +228,14 @@ void drawTypedCamera(ViewModel& model, PanelActions& actions) {
     ImGui::TreePop();
 }
 
+void drawDepthContrast(ViewModel& model, PanelActions& actions) {
+    proto::View view;
+    view.set_depth_contrast(model.depthContrast());
+    const proto::View shown = view;
+    const auto alone = [](std::string_view name) { return name == "depthContrast"; };
+    if (fieldControls(actions, view, shown, alone)) model.setDepthContrast(view.depth_contrast());
+}
+
 void drawCamera(ViewModel& model, PanelActions& actions) {
     if (!section("Camera")) return;
     commandButton(actions, "Fit", "Fit (F)");
@@ -253,6 +262,7 @@ void drawCamera(ViewModel& model, PanelActions& actions) {
         ImGui::SameLine();
         commandButton(actions, command, label);
     }
+    if (model.layers().size() > 1) drawDepthContrast(model, actions);
     drawTypedCamera(model, actions);
 }
 

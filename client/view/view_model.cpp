@@ -174,6 +174,13 @@ void ViewModel::setOpacity(int index, double opacity) {
     before_ = written();
 }
 
+void ViewModel::setDepthContrast(double contrast) {
+    settle();
+    message_.set_depth_contrast(contrast);
+    if (contrast <= 0.0) message_.clear_depth_contrast();
+    before_ = written();
+}
+
 void ViewModel::setShown(int index, bool shown) {
     settle();
     auto& layer = *message_.mutable_layers(index);

@@ -73,6 +73,9 @@ class ViewModel {
     void setOpacity(int index, double opacity);
     /// What people call it; empty: its dataset's name is shown. Errors as parseView; then nothing changes.
     Status setName(int index, const std::string& name);
+    /// Of the view: how plain it is made which of its layers is in front, 0 to 1.
+    double depthContrast() const { return message_.depth_contrast(); }
+    void setDepthContrast(double contrast);
 
     // Of the chosen layer:
 

@@ -42,6 +42,16 @@ class Layers(DeskCase):
         viewer.key("BackSpace")
         viewer.see("data/beam  particles")
 
+    def test_88_depth_contrast_of_two_layers(self):
+        viewer = self.beam()
+        self.add(viewer, "data/magnet")
+        viewer.wheel(1100, 600, -8)
+        x, y = viewer.see("depth contrast")
+        viewer.drag((x - 220, y), (x - 120, y), steps=6)
+        viewer.shows(lambda view: 0.2 < view.get("depthContrast", 0) <= 1)
+        viewer.key("ctrl+z")
+        viewer.shows(lambda view: "depthContrast" not in view)
+
     def test_17_layers_change_places_by_dragging(self):
         viewer = self.beam()
         self.add(viewer, "data/ct")

@@ -99,6 +99,7 @@ class DeskAtWork {
             changePanes();
         } else if (what < 0.95 && count > 0) {
             model().setOpacity(any, random_.unit());
+            model().setDepthContrast(random_.unit());
         } else {
             hand_.drag(model(), random_);  // takes longest
         }
