@@ -72,26 +72,34 @@ Station::~Station() {
     server_->wait();
 }
 
-std::vector<std::string> Station::serverArguments(const std::filesystem::path& root) const {
-    return {"--root",       "data=" + root.string(), "--state", (folder_ / "state").string(),
-            "--connection", connection().string()};
+std::vector<std::string> Station::serverArguments() const {
+    return {"--state", (folder_ / "state").string(), "--connection", connection().string()};
 }
 
 void Station::startServer(const std::string& name) {
-    server_ = std::make_unique<Process>(program(name), serverArguments(root()));
+    auto words = serverArguments();
+    words.insert(words.end(), {"--root", "data=" + root().string()});
+    server_ = std::make_unique<Process>(program(name), words);
     awaitServer();
 }
 
 void Station::startRanks(int ranks, const std::vector<std::filesystem::path>& otherRoots) {
-    std::vector<std::string> words;
-    const auto add = [&](int count, const std::filesystem::path& root) {
-        if (!words.empty()) words.emplace_back(":");
-        words.insert(words.end(), {"-n", std::to_string(count), program("mote-server").string()});
-        const auto arguments = serverArguments(root);
-        words.insert(words.end(), arguments.begin(), arguments.end());
-    };
-    add(ranks, root());
-    for (const auto& other : otherRoots) add(1, other);
+    auto roots = otherRoots;
+    roots.insert(roots.begin(), static_cast<std::size_t>(ranks), root());
+    // By a shell, which takes its rank's: mpirun of Open MPI 5.0.7 crashes where ":" parts several programs.
+    std::vector<std::string> words{
+        "-n",
+        std::to_string(roots.size()),
+        "/bin/sh",
+        "-c",
+        "roots=$1; shift; shift $OMPI_COMM_WORLD_RANK; data=$1; "
+        "shift $((roots - OMPI_COMM_WORLD_RANK)); exec \"$@\" --root \"data=$data\"",
+        "sh",
+        std::to_string(roots.size())};
+    for (const auto& each : roots) words.push_back(each.string());
+    words.push_back(program("mote-server").string());
+    const auto arguments = serverArguments();
+    words.insert(words.end(), arguments.begin(), arguments.end());
     server_ = std::make_unique<Process>("/usr/bin/mpirun", words, mpiOptions());
     awaitServer();
 }

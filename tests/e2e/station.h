@@ -53,7 +53,7 @@ class Station {
                                              const std::vector<std::string>& more) const;
 
   private:
-    std::vector<std::string> serverArguments(const std::filesystem::path& root) const;
+    std::vector<std::string> serverArguments() const;  ///< but for its root
     void awaitServer();
 
     TempDir folder_;
