@@ -208,7 +208,7 @@ def pyorbit(beam, attributes=(), momentum=True, kinetic=False, mass=True, macro=
     if momentum:
         head.append(f"%  SYNC_PART_MOMENTUM 0 0 {beam.p0 / 1e9!r}  px, py, pz momentum component in GeV/c")
     if kinetic:
-        head.append(f"%  info only: energy of the synchronous particle [GeV] = {(beam.e0 - beam.mass) / 1e9!r}")
+        head.append(f"%  info only: energy of the synchronous particle [GeV] = {float(beam.e0 - beam.mass) / 1e9!r}")
     head += ["%  info only: beta=v/c of the synchronous particle = 0.5", f"%  SYNC_PART_TIME {time!r}  time in [sec]",
              "% x[m] px[rad] y[m] py[rad] z[m]  (pz or dE [GeV])"]
     return "\n".join(head) + "\n" + table(None, columns, " ", "%.17g")
