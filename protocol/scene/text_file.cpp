@@ -3,12 +3,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 
 #include "protocol/scene/system_error.h"
 
 namespace mote {
+namespace {
+
+constexpr std::size_t leastPiece = std::size_t{64} << 10;  // the memory of a file follows its size
+
+}  // namespace
 
 Result<std::string> readTextFile(const std::filesystem::path& path, std::size_t limit) {
     std::error_code code;
@@ -18,9 +24,13 @@ Result<std::string> readTextFile(const std::filesystem::path& path, std::size_t 
     errno = 0;
     std::ifstream file(path, std::ios::binary);
     if (!file) return systemError(errno, path.string(), "cannot be opened");
-    std::string text(limit + 1, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
+    std::string text;
+    while (file && text.size() <= limit) {
+        const std::size_t read = text.size();
+        text.resize(std::min(limit + 1, std::max(leastPiece, 2 * read)));
+        file.read(text.data() + read, static_cast<std::streamsize>(text.size() - read));
+        text.resize(read + static_cast<std::size_t>(file.gcount()));
+    }
     if (text.size() <= limit) return text;
     return Error{ErrorCode::resourceExhausted, path.string(),
                  fmt::format("is larger than the {} bytes that a file of its kind may have", limit)};
