@@ -107,6 +107,18 @@ class Views(DeskCase):
         viewer.key("Home")
         viewer.gone("step 2, its last")
 
+    def panes_after_lasso(self, viewer):
+        """Draws a closed line in the left view; what both views hold then, which is the same selection."""
+        viewer.move(LEFT[0], LEFT[1] - 60)
+        viewer.display.button(1, True)
+        for angle in numpy.linspace(0, 2 * math.pi, 20):
+            viewer.move(LEFT[0] + 50 * math.sin(angle), LEFT[1] - 60 * math.cos(angle))
+            time.sleep(0.03)
+        viewer.display.button(1, False)
+        panes = self.panes_show(viewer, lambda panes: all("selections" in view for view in panes))
+        self.assertEqual(panes[0]["selections"], panes[1]["selections"])
+        return panes
+
     def test_74_a_lasso_in_one_is_highlighted_in_all(self):
         viewer = self.views(2)
         viewer.drag(RIGHT, (RIGHT[0] + 90, RIGHT[1] + 40))
@@ -116,14 +128,7 @@ class Views(DeskCase):
         self.assertLess(max(lit(0), lit(1)), 40)
         viewer.key("l")
         viewer.see("Lasso: draw a line", within=(470, 0, PANEL, 40))
-        viewer.move(LEFT[0], LEFT[1] - 60)
-        viewer.display.button(1, True)
-        for angle in numpy.linspace(0, 2 * math.pi, 20):
-            viewer.move(LEFT[0] + 50 * math.sin(angle), LEFT[1] - 60 * math.cos(angle))
-            time.sleep(0.03)
-        viewer.display.button(1, False)
-        panes = self.panes_show(viewer, lambda panes: all("selections" in view for view in panes))
-        self.assertEqual(panes[0]["selections"], panes[1]["selections"])
+        panes = self.panes_after_lasso(viewer)
         self.assertTrue(all("highlight" in view["layers"][0] for view in panes))
         viewer.until(lambda: lit(0) > 100 and lit(1) > 100, "the selection in both")
         viewer.key("Escape")
@@ -140,14 +145,7 @@ class Views(DeskCase):
         viewer.click(*LEFT)
         viewer.key("l")
         viewer.see("Lasso: draw a line", within=(0, 0, 470, 40))
-        viewer.move(LEFT[0], LEFT[1] - 60)
-        viewer.display.button(1, True)
-        for angle in numpy.linspace(0, 2 * math.pi, 20):
-            viewer.move(LEFT[0] + 50 * math.sin(angle), LEFT[1] - 60 * math.cos(angle))
-            time.sleep(0.03)
-        viewer.display.button(1, False)
-        panes = self.panes_show(viewer, lambda panes: all("selections" in view for view in panes))
-        self.assertEqual(panes[0]["selections"], panes[1]["selections"])
+        panes = self.panes_after_lasso(viewer)
         self.assertEqual(panes[1]["selections"][0]["selection"]["lasso"]["axes"], ["x", "px", "y"])
         lit = lambda index: (lambda p: ((p[..., 1] > 140) & (p[..., 1] > p[..., 0] + 60)).sum())(
             pane(viewer.picture().astype(int), index, 2)[:560])
