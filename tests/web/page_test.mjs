@@ -383,7 +383,11 @@ await thing('a film is made as a job and saved', async () => {
 await thing('a job is cancelled', async () => {
     await page.getByLabel('Seconds').fill('500');
     await page.getByRole('button', {name: 'Make the film'}).click();
-    await page.getByRole('button', {name: /^Cancel data\/beam/}).click();
+    await page.locator('.jobs li', {hasText: 'runs'}).waitFor();
+    const cancel = await page.getByRole('button', {name: /^Cancel data\/beam/}).elementHandle();
+    // Its progress leaves the button where it is: else a click is lost that began before it was told.
+    await page.waitForFunction((button) => button.closest('li').querySelector('progress').value > 0, cancel);
+    await cancel.click();
     await page.locator('.jobs li', {hasText: 'cancelled'}).waitFor();
 });
 await thing('the picture is saved as it is seen', async () => {

@@ -13,22 +13,29 @@ const stateNames: Record<JobStatus_State, string> = {
     [JobStatus_State.STATE_UNSPECIFIED]: '', [JobStatus_State.QUEUED]: 'waits', [JobStatus_State.RUNNING]: 'runs',
     [JobStatus_State.SUCCEEDED]: 'done', [JobStatus_State.FAILED]: 'failed', [JobStatus_State.CANCELLED]: 'cancelled',
 };
+const running = ({state}: JobStatus) => state === JobStatus_State.RUNNING || state === JobStatus_State.QUEUED;
 /// The longest file that a page keeps in memory to hand it over, bytes.
 const mostDownload = 2 ** 31;
 
+/// The row of a job. Its buttons stay the same while its state does, so that a click meets the one it began on.
+interface Row {
+    job: JobStatus;
+    readonly place: HTMLElement;
+    readonly progress: HTMLProgressElement;
+    readonly words: HTMLElement;
+}
+
 export class FilmPanel {
-    private readonly jobs = new Map<string, JobStatus>();
+    private readonly rows = new Map<string, Row>();
     private readonly list = h('ul', {class: 'jobs'});
     private readonly form = h('section', {class: 'section', 'aria-label': 'New film'});
     private watching = false;
 
     constructor(private readonly place: HTMLElement, private readonly server: Server, private readonly model: Model) {
-        server.onJob = (job) => {
-            this.jobs.set(job.id, job);
-            this.drawJobs();
-        };
+        server.onJob = (job) => this.show(job);
         place.append(this.form, h('section', {class: 'section', 'aria-label': 'Jobs'},
                                   h('h2', {}, h('span', {}, 'Jobs')), this.list));
+        this.drawJobs();
     }
 
     /// The line is a new one: jobs are told of only to those who ask.
@@ -45,7 +52,6 @@ export class FilmPanel {
             }, () => { this.watching = false; });
         }
         this.drawForm();
-        this.drawJobs();
     }
 
     private drawForm(): void {
@@ -86,26 +92,39 @@ export class FilmPanel {
         }
     }
 
-    private drawJobs(): void {
-        const jobs = [...this.jobs.values()].sort((a, b) => Number(b.createdMs - a.createdMs));
-        this.list.replaceChildren(...jobs.map((job) => this.item(job)));
-        if (jobs.length === 0) this.list.append(h('li', {class: 'note'}, 'There are none.'));
+    private show(job: JobStatus): void {
+        const before = this.rows.get(job.id);
+        const row = before?.job.state === job.state ? before : this.row(job);
+        this.rows.set(job.id, row);
+        row.job = job;
+        row.progress.value = job.progress;
+        row.words.textContent = job.error || job.waitsFor ||
+            [stateNames[job.state], running(job) ? job.phase : ''].filter(Boolean).join(': ');
+        if (!before) this.drawJobs();
+        else if (row !== before) before.place.replaceWith(row.place);
     }
 
-    private item(job: JobStatus): HTMLElement {
-        const running = job.state === JobStatus_State.RUNNING || job.state === JobStatus_State.QUEUED;
+    private drawJobs(): void {
+        const rows = [...this.rows.values()].sort((a, b) => Number(b.job.createdMs - a.job.createdMs));
+        this.list.replaceChildren(...rows.map(({place}) => place));
+        if (rows.length === 0) this.list.append(h('li', {class: 'note'}, 'There are none.'));
+    }
+
+    private row(job: JobStatus): Row {
         const name = job.request?.title || job.request?.output || job.id;
         const film = job.request?.kind.case === 'film' ? job.request.kind.value : undefined;
         const actions: HTMLElement[] = [];
-        if (running) actions.push(iconButton('close', `Cancel ${name}`, () => this.act({case: 'cancelJob', value: {id: job.id}})));
+        if (running(job))
+            actions.push(iconButton('close', `Cancel ${name}`, () => this.act({case: 'cancelJob', value: {id: job.id}})));
         if (film?.video && job.state === JobStatus_State.SUCCEEDED)
             actions.push(iconButton('save', `Save ${name}`, () => void this.fetch(job)));
         if (job.state === JobStatus_State.FAILED)
             actions.push(iconButton('reset', `Try ${name} again`, () => this.act({case: 'retryJob', value: {id: job.id}})));
-        const words = job.error || job.waitsFor || [stateNames[job.state], running ? job.phase : ''].filter(Boolean).join(': ');
-        return h('li', {}, h('div', {class: 'head'}, h('b', {title: name}, name), ...actions),
-                 running && h('progress', {max: 1, value: job.progress, 'aria-label': `Progress of ${name}`}),
-                 h('p', {class: 'note'}, words));
+        const progress = h('progress', {max: 1, 'aria-label': `Progress of ${name}`});
+        const words = h('p', {class: 'note'});
+        const place = h('li', {}, h('div', {class: 'head'}, h('b', {title: name}, name), ...actions),
+                        running(job) && progress, words);
+        return {job, place, progress, words};
     }
 
     private act(body: Parameters<Server['ask']>[0]): void {
