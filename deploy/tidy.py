@@ -19,6 +19,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+UNITED = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 # clang-14 cannot compile Asio's awaitables with the standard library of GCC 12; whatever includes them is left out.
 AWAITABLE = re.compile(r"asio/(awaitable|co_spawn|use_awaitable|detached|experimental/.*)\.hpp$|asio\.hpp$")
 # What only GCC understands: its precompiled headers, and its own warnings as errors.
@@ -40,13 +41,26 @@ def reaches_awaitables(path):
                for own, name in includes(path))
 
 
+def commands_of_each(entries):
+    """A command for each source, where several are compiled as one (MOTE_UNITY), too."""
+    for entry in entries:
+        file = pathlib.Path(entry["file"])
+        if file.parent.name != "Unity":
+            yield entry
+            continue
+        for source in UNITED.findall(file.read_text()):
+            command = entry["command"].replace(f"-c {file}", f"-c {source}")
+            yield dict(entry, command=command, file=source)
+
+
 def plain_commands(build):
     """The build's commands without what only GCC understands, in BUILD/tidy; the sources they compile."""
     def ours(entry):
         file = pathlib.Path(entry["file"])
         return file.is_relative_to(ROOT) and not file.is_relative_to(build)
 
-    commands = [entry for entry in json.loads((build / "compile_commands.json").read_text()) if ours(entry)]
+    entries = json.loads((build / "compile_commands.json").read_text())
+    commands = [entry for entry in commands_of_each(entries) if ours(entry)]
     for entry in commands:
         for pattern in GCC_ONLY:
             entry["command"] = re.sub(pattern, "", entry["command"])
