@@ -20,6 +20,7 @@ constexpr double growth = 2.5;         // of the points from one quick picture t
 constexpr double intermediateBudgets = 5.0;
 constexpr double longExactBudgets = 10.0;
 constexpr double muchMore = 3.0;  // of the points than previews hold
+constexpr double tooLong = 1.1;   // of the budget
 constexpr double surprise = 2.0;  // how far above its expectation a picture may lie and still be believed
 
 Quality quickQuality() {
@@ -72,12 +73,27 @@ double QualityController::steadyShare(double wanted, double previewShare) {
 
 /// Half the resolution where the pixels alone would take most of the time, a third where those of half would
 /// leave too little for the points; back only where they clearly would not, or the picture would flicker.
-std::uint32_t QualityController::steadyDivisor(double pixelMs) const {
+std::uint32_t QualityController::divisorWithin(double pixelMs) const {
     constexpr double mostOfWhole = 0.65, mostOfHalf = 0.85, back = 0.7;
     const auto fits = [&](std::uint32_t divisor, double most) {
-        return pixelMs / (divisor * divisor) <= most * (divisor_ > divisor ? back : 1.0) * budgetMs_;
+        return pixelMs / (divisor * divisor) <= most * (level_ > divisor ? back : 1.0) * budgetMs_;
     };
     return fits(1, mostOfWhole) ? 1 : fits(2, mostOfHalf) ? 2 : 3;
+}
+
+/// `wanted` at once where that is coarser, and one level more where pictures of this one took too long,
+/// whatever the model thinks of them; where it is finer, when it has been wanted for long enough.
+std::uint32_t QualityController::steadyLevel(std::uint32_t wanted) {
+    constexpr std::uint32_t coarsest = 3, mostOver = 2, leastPatience = 15, mostPatience = 240;
+    if (over_ >= mostOver) wanted = std::max(wanted, std::min(level_ + 1, coarsest));
+    if (wanted >= level_) {
+        if (wanted > level_) patience_ = std::clamp(2 * patience_, leastPatience, mostPatience);
+        calm_ = 0;
+    } else if (++calm_ <= patience_) {
+        return level_;
+    }
+    if (wanted != level_) calm_ = over_ = 0;
+    return level_ = wanted;
 }
 
 /// Many points of a pixel do not grow for those that are left out, and hide no more than their pixel: in
@@ -99,22 +115,22 @@ Quality QualityController::quick(const ViewLoad& load) {
     const double affordable = 0.5 * budgetMs_ / perPoint_ * million;
     const double first = learned_ ? 10 * leastPoints : std::max(affordable, 10 * leastPoints);
     const double mostPoints = std::max(growth * lastPoints_, first);
-    if (load.points <= mostPoints && expectedMs(load, Quality::exact()) <= budgetMs_) {
-        return Quality::exact();
-    }
     Quality quality = quickQuality();
-    divisor_ = steadyDivisor(perPixel_ * millionPixels(load.pixels, quality));
+    const bool exact = load.points <= mostPoints && expectedMs(load, Quality::exact()) <= budgetMs_;
+    const double pixelMs = perPixel_ * millionPixels(load.pixels, quality);
+    if (const auto level = steadyLevel(exact ? 0 : divisorWithin(pixelMs)); level == 0)
+        return lastQuick_ = Quality::exact();
     const auto fraction = [&] {
         return std::min(fractionWithin(load, quality, budgetMs_),
                         mostPoints / std::max(load.points, mostPoints));
     };
-    quality.resolutionScale = 1.0 / divisor_;
+    quality.resolutionScale = 1.0 / level_;
     lightDivisor_ = lightDivisor(load, fraction());
-    quality.resolutionScale = 1.0 / std::max(divisor_, lightDivisor_);
+    quality.resolutionScale = 1.0 / std::max(level_, lightDivisor_);
     quality.pointFraction = fraction();
     if (quality.pointFraction < 1.0)
         quality.pointFraction = steadyShare(quality.pointFraction, load.previewShare);
-    return quality;
+    return lastQuick_ = quality;
 }
 
 Quality QualityController::intermediate(const ViewLoad& load) const {
@@ -129,6 +145,7 @@ bool QualityController::worthIntermediate(const ViewLoad& load) const {
 
 void QualityController::learn(double pixels, double points, const Quality& quality, double ms) {
     learned_ = true;
+    if (quality == lastQuick_) over_ = ms > tooLong * budgetMs_ ? over_ + 1 : 0;
     // `pixels` are those of the payload: the scale is already in them.
     lastPoints_ = points;
     const double p = points / million;

@@ -8,7 +8,9 @@
 // squares to the latest pictures (each counts less than the next).
 //
 // The share of points that is drawn takes few values and clings to the one it has, so that points do not come
-// and go while the view turns, and what is selected for one picture serves the next.
+// and go while the view turns, and what is selected for one picture serves the next. The resolution falls as
+// soon as pictures take too long, and rises again only after a row of pictures that would all have been ready
+// in time: each time that it rose too early, the row is twice as long.
 #pragma once
 
 #include <cstdint>
@@ -55,13 +57,19 @@ class QualityController {
   private:
     double fractionWithin(const ViewLoad& load, const render::Quality& quality, double budgetMs) const;
     double steadyShare(double wanted, double previewShare);
-    std::uint32_t steadyDivisor(double pixelMs) const;
+    std::uint32_t divisorWithin(double pixelMs) const;
+    std::uint32_t steadyLevel(std::uint32_t wanted);
     std::uint32_t lightDivisor(const ViewLoad& load, double wanted) const;
     void solve();
 
     double budgetMs_;
-    // Divide the last quick picture's width and height, the greater one: for its time; for its points' light.
-    std::uint32_t divisor_ = 1, lightDivisor_ = 1;
+    /// Of the last quick picture: what its width and height are divided by for its time; 0: it was exact.
+    std::uint32_t level_ = 1;
+    std::uint32_t patience_ = 0;      ///< pictures that a finer level must have fitted before it is taken
+    std::uint32_t calm_ = 0;          ///< pictures in a row that it has fitted
+    std::uint32_t over_ = 0;          ///< quick pictures in a row that took longer than the budget
+    std::uint32_t lightDivisor_ = 1;  ///< as the level, for its points' light
+    render::Quality lastQuick_;
     double lastPoints_ = 0.0;  // that were drawn
     double lastShare_ = 0.0;   // the last quick picture with fewer points had it; 0: there was none
     bool learned_ = false;

@@ -92,6 +92,12 @@ export function thinLine(port, rate, delay) {
         const carry = (from, to) => {
             let free = 0;
             let held = 0;
+            const way = [];
+            // In their order: timers of nearly the same time may fire the other way round.
+            const arrive = () => {
+                while (way.length > 0 && way[0].at <= performance.now()) to.write(way.shift().bytes);
+                if (way.length > 0) setTimeout(arrive, Math.max(1, way[0].at - performance.now()));
+            };
             from.on('data', (bytes) => {
                 const now = performance.now();
                 free = Math.max(free, now) + bytes.length / rate * 1000;
@@ -102,7 +108,8 @@ export function thinLine(port, rate, delay) {
                     held -= bytes.length;
                     from.resume();
                 }, free - now);
-                setTimeout(() => to.write(bytes), free - now + delay);
+                way.push({bytes, at: free + delay});
+                if (way.length === 1) setTimeout(arrive, way[0].at - now);
             });
             from.on('close', () => setTimeout(() => to.destroy(), delay));
             from.on('error', () => to.destroy());
