@@ -5,6 +5,8 @@
 #include <iterator>
 #include <numeric>
 
+#include "protocol/scene/particles_style.h"
+
 namespace mote {
 namespace {
 
@@ -140,6 +142,18 @@ std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& valu
     auto others = histogramPresets(histogram.empty() ? unknown : histogram, values);
     presets.insert(presets.end(), std::make_move_iterator(others.begin()),
                    std::make_move_iterator(others.end()));
+    return presets;
+}
+
+std::span<const DensityPreset> densityPresets() {
+    constexpr double full = ParticlesStyle::fullOpacity;
+    static const std::array<DensityPreset, 5> presets{{
+        {"halo and core", {{0.3, 0}, {0.6, 0.25 * full}, {1, full}}, {{0.3, 1}, {0.6, 0}}},
+        {"core alone", {{0.6, 0}, {0.75, 0.25 * full}, {1, full}}, {{0, 0}, {1, 0}}},
+        {"halo alone", {{0, 0}, {1, 0}}, {{0.4, 1}, {0.6, 0}}},
+        {"all as volume", {{0, 0}, {0, 0.02 * full}, {1, full}}, {{0, 0}, {1, 0}}},
+        {"all as points", {{0, 0}, {1, 0}}, {{0, 1}, {1, 1}}},
+    }};
     return presets;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // CurvePresets: opacity curves to begin with: for computed tomography in Hounsfield units, and for any volume
-// by where its values lie. The first of a dataset's is what it is drawn with where nobody chose. Pure
-// functions.
+// by where its values lie; the first of a dataset's is what it is drawn with where nobody chose. And pairs of
+// curves for particle plots. Pure functions.
 #pragma once
 
 #include <array>
@@ -38,5 +38,15 @@ std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogr
 /// Those that suit values, the best first; one at least, also without a histogram.
 std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& values,
                                    std::span<const std::uint64_t> histogram);
+
+/// The two curves of a particle plot.
+struct DensityPreset {
+    std::string_view name;
+    std::vector<Curve::Knot> opacity;   ///< of the volume; x: scaled log density
+    std::vector<Curve::Knot> fraction;  ///< of the points that are drawn, likewise
+};
+
+/// Halo and core, the core alone, the halo alone, all as volume, all as points.
+std::span<const DensityPreset> densityPresets();
 
 }  // namespace mote

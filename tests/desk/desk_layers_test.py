@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a person does with layers and datasets in mote-view, as desk_test.py; docs/VIEWER.md numbers it."""
+import json
+import math
+import subprocess
 import unittest
 
 import numpy
 
-from desk_case import PANEL, DeskCase, warm
+import hand
+from desk_case import PANEL, DeskCase, data, warm
 
 
 class Layers(DeskCase):
@@ -137,6 +141,7 @@ class Layers(DeskCase):
     def test_49_a_knots_numbers_are_typed(self):
         viewer = self.beam()
         viewer.press("Layers")  # folded, the rest is to be seen
+        viewer.press("Dataset")
         x, y = viewer.see("Points: fraction over log density")
         viewer.click(1104, y + 60)
         viewer.move(400, 650)
@@ -156,9 +161,10 @@ class Layers(DeskCase):
 
     def test_51_a_style_is_copied_to_another_layer(self):
         viewer = self.beam()
+        viewer.press("Dataset")  # folded, the rest is to be seen
         viewer.press("Duplicate")
         viewer.shows(lambda view: len(view.get("layers", ())) == 2)
-        viewer.press("inferno", within=(PANEL, 560, 1160, 720))
+        viewer.press("inferno", within=(PANEL, 400, 1160, 720))
         viewer.press("viridis")
         viewer.shows(lambda view: view["layers"][1]["particles"]["volume"]["colorMap"] == "viridis")
         viewer.do("Copy style")
@@ -183,6 +189,38 @@ class Layers(DeskCase):
         viewer.see("Cancel")
         viewer.key("Return")
         viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
+
+    def test_89_curves_are_a_presets_and_the_plots_own_again(self):
+        viewer = self.beam()
+        viewer.press("Layers")  # folded, the rest is to be seen
+        viewer.press("choose curves")
+        viewer.press("all as points")
+        points = viewer.shows(lambda view: "curve" in view["layers"][0]["particles"].get("points", {}))
+        style = points["layers"][0]["particles"]
+        self.assertEqual([knot.get("opacity", 0) for knot in style["volume"]["curve"]], [0, 0])
+        self.assertEqual([knot["fraction"] for knot in style["points"]["curve"]], [1, 1])
+        viewer.press("choose curves")
+        viewer.press("the plot's own")
+        viewer.shows(lambda view: "curve" not in view["layers"][0]["particles"].get("points", {}))
+
+    def test_90_densities_have_a_range_of_their_own(self):
+        viewer = self.beam()
+        viewer.press("Layers")  # folded, the rest is to be seen
+        viewer.press("Dataset")
+        viewer.press("own range of densities")
+        view = viewer.shows(lambda view: len(view["layers"][0]["particles"].get("volume", {}).get("densityRange", ())) == 2)
+        low, high = view["layers"][0]["particles"]["volume"]["densityRange"]
+        facts = json.loads(subprocess.run([hand.BIN / "mote-prep", "info", data() / "beam.mote", "--json"],
+                                          check=True, capture_output=True).stdout)["particles"]
+        box = math.prod(axis["max"] - axis["min"] for axis in facts["axes"])
+        self.assertAlmostEqual(low * box / facts["densityMin"], 1, places=6)
+        self.assertAlmostEqual(high * box / facts["densityMax"], 1, places=6)
+        x, y = viewer.see("least density", within=(1100, 100, 1280, 720))
+        viewer.click(x - 100, y)
+        viewer.key("ctrl+a")
+        viewer.type(f"{2 * low:.6g}")
+        viewer.key("Return")
+        viewer.shows(lambda view: abs(view["layers"][0]["particles"]["volume"]["densityRange"][0] / (2 * low) - 1) < 1e-4)
 
     # Cut and placed by hand: a unit is 172 pixels, the middle of all stands at 470, 344.
 

@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <span>
 
@@ -47,8 +48,45 @@ std::span<const std::uint64_t> shownHistogram(const LayerPanel& panel) {
     return {step->density_histogram().data(), static_cast<std::size_t>(step->density_histogram_size())};
 }
 
+void drawPresets(ParticlesControls& controls, PanelActions& actions) {
+    if (!ImGui::BeginCombo("preset", "choose curves")) return;
+    if (ImGui::Selectable("the plot's own")) {
+        controls.take(nullptr);
+        actions.viewChanged = true;
+    }
+    for (const auto& preset : densityPresets()) {
+        if (!ImGui::Selectable(std::string(preset.name).c_str())) continue;
+        controls.take(&preset);
+        actions.viewChanged = true;
+    }
+    ImGui::EndCombo();
+}
+
+/// What curves and colours are told between, so that those of two plots or runs can be the same.
+void drawDensities(ParticlesControls& controls, PanelActions& actions) {
+    const auto ofPlot = controls.densitiesOfPlot();
+    bool own = controls.densities.has_value();
+    ImGui::BeginDisabled(!own && !ofPlot);
+    if (ImGui::Checkbox("own range of densities", &own)) {
+        controls.densities = own ? ofPlot : std::nullopt;
+        actions.viewChanged = true;
+    }
+    ImGui::EndDisabled();
+    if (!controls.densities) return;
+    Interval typed = *controls.densities;
+    const auto field = [](const char* label, double& value) {
+        return ImGui::InputDouble(label, &value, 0.0, 0.0, "%.5g", ImGuiInputTextFlags_EnterReturnsTrue);
+    };
+    const bool low = field("least density", typed.low), high = field("greatest density", typed.high);
+    if (!(low || high) || !(typed.low > 0.0) || !(typed.high > typed.low) || !std::isfinite(typed.high))
+        return;
+    controls.densities = typed;
+    actions.viewChanged = true;
+}
+
 void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
     if (!section("Transfer functions")) return;
+    drawPresets(controls, panel.actions);
     CurveEditorLook look{
         .xName = "log density", .yName = "opacity", .rootAxis = true, .height = 120.0F * panel.scale};
     look.histogram = shownHistogram(panel);
@@ -63,9 +101,11 @@ void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
     DensityCurve points(controls.functions, Which::points);
     noteCurve(panel.actions, curveEditor("points", points, look));
     bool linked = controls.functions.linked();
-    if (!ImGui::Checkbox("linked", &linked)) return;
-    controls.functions.setLinked(linked);
-    panel.actions.viewChanged = true;
+    if (ImGui::Checkbox("linked", &linked)) {
+        controls.functions.setLinked(linked);
+        panel.actions.viewChanged = true;
+    }
+    drawDensities(controls, panel.actions);
 }
 
 void drawPoints(ParticlesControls& controls, const LayerPanel& panel) {
@@ -98,10 +138,28 @@ bool ParticlesControls::colorChosen() const {
     return ownColor_ || pointColor != plotColor_;
 }
 
-void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
+/// What the style is where a view leaves all of it to its plot.
+ParticlesStyle ParticlesControls::styleOfPlot() const {
     auto style = particlesStyleOf(parseParticlesStyle({}).value());
+    if (plot_) resolveByPlot(style, *plot_);
+    return style;
+}
+
+void ParticlesControls::take(const DensityPreset* preset) {
+    if (preset != nullptr) return functions.take(preset->opacity, preset->fraction);
+    functions.leaveToPlot();
+    const auto style = styleOfPlot();
+    functions.setOfPlot(style.volumeOpacity, style.pointFraction);
+}
+
+std::optional<Interval> ParticlesControls::densitiesOfPlot() const {
+    if (!plot_ || !(plot_->scale.max > plot_->scale.min)) return std::nullopt;
+    return Interval{plot_->scale.min / plot_->span, plot_->scale.max / plot_->span};
+}
+
+void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
     plot_ = PlotDensity::of(manifest);
-    resolveByPlot(style, *plot_);
+    const auto style = styleOfPlot();
     functions.setOfPlot(style.volumeOpacity, style.pointFraction);
     const bool chosen = colorChosen();
     plotColor_ = toFloats(linearToSrgb(style.pointColor));
@@ -110,7 +168,13 @@ void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
 
 void ParticlesControls::write(proto::ParticlesStyle& style) const {
     functions.write(style);
-    style.mutable_volume()->set_color_map(colorMap);
+    auto& volume = *style.mutable_volume();
+    volume.set_color_map(colorMap);
+    volume.clear_density_range();
+    if (densities) {
+        volume.add_density_range(densities->low);
+        volume.add_density_range(densities->high);
+    }
     auto& points = *style.mutable_points();
     points.clear_opacity();
     points.clear_size_pixels();
@@ -124,6 +188,8 @@ void ParticlesControls::read(const proto::ParticlesStyle& message) {
     const auto style = particlesStyleOf(parseParticlesStyle(message).value());
     functions.read(message);
     colorMap = style.colorMap.name();
+    densities.reset();
+    if (style.densityRange) densities = Interval{style.densityRange->low, style.densityRange->high};
     ownOpacity_ = message.points().has_opacity();
     ownSize_ = message.points().has_size_pixels();
     ownColor_ = !message.points().color().empty();

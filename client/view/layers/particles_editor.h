@@ -12,6 +12,7 @@
 #include "client/view/layers/transfer_functions.h"
 #include "client/view/replot.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/curve_presets.h"
 #include "protocol/scene/plot_density.h"
 #include "protocol/scene/transfer_function.h"
 
@@ -23,6 +24,9 @@ struct ParticlesControls {
     float pointOpacity = 0.0F;
     float pointSize = 0.0F;             ///< pixels
     std::array<float, 3> pointColor{};  ///< sRGB-encoded
+    /// The two densities that curves and colours are told between, in the units of colour bars; null: the
+    /// plot's.
+    std::optional<Interval> densities;
 
     ParticlesControls();
 
@@ -33,10 +37,15 @@ struct ParticlesControls {
     void write(proto::ParticlesStyle& style) const;
     /// Takes a style that has been parsed without error.
     void read(const proto::ParticlesStyle& style);
+    /// Takes the curves of a preset; null: the plot's own.
+    void take(const DensityPreset* preset);
+    /// The least and the greatest density of the plot, in the units of colour bars; null before one is shown.
+    std::optional<Interval> densitiesOfPlot() const;
     /// What the volume is drawn with; its colours are the plot's where the curves are.
     TransferFunction drawn() const;
 
   private:
+    ParticlesStyle styleOfPlot() const;
     bool opacityChosen() const;
     bool sizeChosen() const;
     bool colorChosen() const;

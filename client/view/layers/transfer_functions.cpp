@@ -2,6 +2,7 @@
 #include "client/view/layers/transfer_functions.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/scene/particles_style.h"
 
@@ -20,6 +21,13 @@ void TransferFunctions::setOfPlot(const Curve& volume, const Curve& points) {
     volume_.take(volume.knots());
     points_.take(points.knots());
     linked_ = false;
+}
+
+void TransferFunctions::take(std::vector<Curve::Knot> volume, std::vector<Curve::Knot> points) {
+    volume_.take(std::move(volume));
+    points_.take(std::move(points));
+    linked_ = false;
+    chosen_ = true;
 }
 
 void TransferFunctions::setLinked(bool linked) {

@@ -28,6 +28,10 @@ class TransferFunctions {
     bool chosen() const { return chosen_; }
     /// Those that the plot has where nobody has chosen any; otherwise nothing changes.
     void setOfPlot(const Curve& volume, const Curve& points);
+    /// Takes both as chosen, and unlinks them.
+    void take(std::vector<Curve::Knot> volume, std::vector<Curve::Knot> points);
+    /// What was chosen is so no more; setOfPlot() says what there is then.
+    void leaveToPlot() { chosen_ = false; }
     /// Linking makes the points follow the volume.
     void setLinked(bool linked);
 

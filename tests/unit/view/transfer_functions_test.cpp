@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "protocol/scene/curve_presets.h"
 #include "protocol/scene/particles_style.h"
 
 namespace mote::client {
@@ -95,6 +96,20 @@ TEST(TransferFunctions, TheLastKnotStaysAndEmptyVolumesDrawAllPoints) {
     EXPECT_DOUBLE_EQ(functions.knots(Which::points)[0].y, 1.0);
     functions.move(Which::points, 0, {0.5, 0.2});  // nothing to measure by: no change, no crash
     EXPECT_TRUE(parsed(functions).volumeOpacity.maximum() == 0.0);
+}
+
+TEST(TransferFunctions, PresetsAreReadAsWrittenAndLeftToThePlotAgain) {
+    const auto plain = TransferFunctions();
+    for (const auto& preset : densityPresets()) {
+        auto functions = plain;
+        functions.take(preset.opacity, preset.fraction);
+        EXPECT_EQ(parsed(functions).volumeOpacity.knots(), preset.opacity) << preset.name;
+        EXPECT_EQ(parsed(functions).pointFraction.knots(), preset.fraction) << preset.name;
+        proto::ParticlesStyle message;
+        functions.leaveToPlot();
+        functions.write(message);
+        EXPECT_TRUE(message.volume().curve().empty()) << preset.name;
+    }
 }
 
 }  // namespace
