@@ -70,8 +70,9 @@ Result<std::vector<std::string>> valuesOf(const toml::node& node, const ServerOp
     std::vector<std::string> values;
     const auto add = [&](const toml::node& element) {
         auto text = textOf(element, option);
-        if (text) values.push_back(*std::move(text));
-        return text.has_value();
+        if (!text) return false;
+        values.push_back(*std::move(text));
+        return true;
     };
     if (!option.isList()) {
         if (!add(node)) return wrong();

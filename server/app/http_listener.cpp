@@ -112,7 +112,7 @@ HttpListener::~HttpListener() {
 }
 
 Result<wire::Address> HttpListener::parse(const std::string& address) {
-    const auto parsed = wire::parseAddress(address.starts_with("unix:") ? address : "tcp:" + address);
+    auto parsed = wire::parseAddress(address.starts_with("unix:") ? address : "tcp:" + address);
     if (parsed.ok() && parsed->kind == wire::Address::Kind::unixSocket) return parsed;
     asio::error_code code;
     if (parsed.ok() && asio::ip::make_address(parsed->host, code).is_loopback()) return parsed;

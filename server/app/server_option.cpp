@@ -145,7 +145,7 @@ Status ServerOption::set(const std::vector<std::string>& values, ServerSettings&
     if (values.size() > 1 && !isList()) {
         return Error{ErrorCode::invalidArgument, "", "it is given twice"};
     }
-    const auto done = std::visit(Setter{values, settings}, target);
+    auto done = std::visit(Setter{values, settings}, target);
     if (done.ok()) return done;
     return Error{ErrorCode::invalidArgument, "", done.error().message};
 }

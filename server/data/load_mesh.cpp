@@ -15,7 +15,7 @@ namespace {
 
 // Estimates of what is held while a mesh is loaded, in bytes: its arrays, what rays see of it, and Embree's
 // tree while it is built.
-constexpr std::uint64_t perVertex = 6 * sizeof(float) + 2 * 3 * sizeof(float);
+constexpr std::uint64_t perVertex = (6 + 2 * 3) * sizeof(float);
 constexpr std::uint64_t perTriangle = 2 * (3 * sizeof(float) + sizeof(std::uint32_t)) + 256;  // with its part
 constexpr std::uint64_t perEdge = 4 * sizeof(float);
 // The rest of the file is parts, which are counted with triangles, and intersections: 8 bytes there, and here

@@ -19,14 +19,16 @@ using storage::Catalogue;
 
 // Estimates of what is held while something is loaded, in bytes. What is mapped as it is read is the kernel's
 // to take back.
-constexpr std::uint64_t perPoint = 3 * 4 + 3 * 4 + 4 + 4 + 1 + 8;  // of a hierarchy
-constexpr std::uint64_t perMove = 4 + 3 * 4;
-constexpr std::uint64_t perReplayPoint = 3 * 4 + 3 * 4 + 4 + 4 + 4;
+constexpr std::uint64_t perWord = 4;  // a float or an index
+constexpr std::uint64_t perPoint = 3 * perWord + 3 * perWord + perWord + perWord + 1 + 8;  // of a hierarchy
+constexpr std::uint64_t perMove = perWord + 3 * perWord;
+constexpr std::uint64_t perReplayPoint = 3 * perWord + 3 * perWord + perWord + perWord + perWord;
 constexpr std::uint64_t perPackedMove = 12;  // a few, in a vector that grows
-constexpr std::uint64_t perTilePoint = 4 * 4;
-constexpr std::uint64_t tileCells = 64 * 64 * 4;
-constexpr std::uint64_t perStippleVertex = 6 * 4, perStippleTriangle = 4 * 4, perStippleEdge = 4 * 4;
-constexpr std::uint64_t perRayVertex = 3 * 4;
+constexpr std::uint64_t perTilePoint = 4 * perWord;
+constexpr std::uint64_t tileCells = 64 * (64 * perWord);
+constexpr std::uint64_t perStippleVertex = 6 * perWord, perStippleTriangle = 4 * perWord,
+                        perStippleEdge = 4 * perWord;
+constexpr std::uint64_t perRayVertex = 3 * perWord;
 constexpr std::uint64_t perRayTriangle = 256;  // of Embree's tree while it is built
 constexpr std::uint64_t perPixel = 4 + 8;      // its value and its entry in the summed-area table
 

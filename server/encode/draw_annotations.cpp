@@ -32,12 +32,13 @@ void mixLinear(const Overlay& over, std::uint8_t* pixel) {
     const double opacity = over.opacity() / 255.0;
     for (unsigned c = 0; c < 3; ++c) {
         std::uint16_t bits = 0;
-        std::memcpy(&bits, pixel + 2 * c, sizeof bits);
+        std::uint8_t* const half = pixel + c * sizeof bits;
+        std::memcpy(&bits, half, sizeof bits);
         const double color = srgbToLinear(std::min(1.0, over.channel(c) / 255.0 / opacity));
         const double mixed =
             opacity * color + (1.0 - opacity) * static_cast<double>(glm::unpackHalf1x16(bits));
         bits = glm::packHalf1x16(static_cast<float>(mixed));
-        std::memcpy(pixel + 2 * c, &bits, sizeof bits);
+        std::memcpy(half, &bits, sizeof bits);
     }
 }
 
