@@ -3,6 +3,7 @@
 """Mote in one word: connects to a server on another machine, and runs Mote's programs."""
 import argparse
 import contextlib
+import difflib
 import json
 import os
 import pathlib
@@ -213,7 +214,9 @@ def main():
         print(HELP, end="")
         return 0
     if words[:1] != ["connect"]:
+        near = difflib.get_close_matches(words[0], ["connect", *PROGRAMS], 1) if words else []
         said = f"there is no subcommand {words[0]}" if words else "a subcommand is required"
+        said += f"; near it: {near[0]}" if near else ""
         Parser(prog="mote", add_help=False).error(said)
     own = words[1:words.index("--")] if "--" in words else words[1:]
     if "-h" in own or "--help" in own:

@@ -255,7 +255,7 @@ Status checkOut(const RawOptions& raw) {
         case FramesTask::draw:
         case FramesTask::fetch:
             if (!raw.out.empty() || !raw.video.empty()) return success();
-            return invalid("--out", "where should the pictures go?");
+            return invalid("--out", "is required: the folder for the pictures; or --video FILE");
         default:
             if (raw.out.empty() && raw.video.empty()) return success();
             return invalid(raw.out.empty() ? "--video" : "--out", "no picture is made");

@@ -154,7 +154,9 @@ Status checkBins(const RawOptions& raw, proto::HistogramQuery& query) {
 Status checkRange(const std::string& text, proto::HistogramQuery& query) {
     const auto equals = text.rfind('=');  // an expression may hold one, numbers none
     const auto colon = text.find(':', equals == std::string::npos ? 0 : equals);
-    const auto wrong = invalid("--range", fmt::format("\"{}\" is not COLUMN=FROM:TO", text));
+    const auto wrong = invalid(
+        "--range",
+        fmt::format("\"{}\" is not COLUMN=FROM:TO, such as x=-1e-3:1e-3, in the column's unit", text));
     if (equals == std::string::npos || colon == std::string::npos) return wrong;
     const auto from = cli::parseNumber(text.substr(equals + 1, colon - equals - 1));
     const auto to = cli::parseNumber(text.substr(colon + 1));
@@ -245,6 +247,8 @@ Status check(RawOptions& raw) {
     MOTE_RETURN_IF_ERROR(checkServers(raw));
     const auto steps = checkStepRange(raw.options.steps);
     if (!steps.ok()) return invalid("--steps", steps.error().message);
+    if (raw.select.starts_with('{'))
+        return invalid("--select", "is the name of a file; write the selection into one");
     raw.options.select = raw.select;
     if (!raw.columns.empty()) {
         MOTE_ASSIGN_OR_RETURN(raw.options.columns, namesIn(raw.columns, "--columns"));

@@ -9,6 +9,8 @@
 #include <iostream>
 #include <string_view>
 
+#include "protocol/quantity/near_names.h"
+
 namespace mote::cli {
 namespace {
 
@@ -34,8 +36,71 @@ class PlainFormatter : public CLI::Formatter {
     }
 };
 
+/// The command that was chosen: the program, or the last subcommand that was named.
+const CLI::App& chosenOf(const CLI::App& app) {
+    for (const CLI::App* const sub : app.get_subcommands()) {
+        if (!sub->get_name().empty()) return chosenOf(*sub);
+    }
+    return app;
+}
+
+/// Adds the options of a command, "--name", its groups' too.
+void addOptions(const CLI::App& app, std::vector<std::string>& names) {
+    for (const CLI::Option* const option : app.get_options({})) {
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+    for (const CLI::App* const group : app.get_subcommands({})) {
+        if (group->get_name().empty()) addOptions(*group, names);
+    }
+}
+
+std::string nearWords(const std::string& word, const std::vector<std::string>& all) {
+    return nearNames(word, std::vector<std::string_view>(all.begin(), all.end()));
+}
+
+/// What was given and nothing takes, with what may have been meant; "" where everything has its place.
+std::string unknownIn(const CLI::App& program) {
+    const auto left = program.remaining(true);
+    if (left.empty()) return "";
+    const CLI::App& app = chosenOf(program);
+    const auto option = std::find_if(
+        left.begin(), left.end(), [](const auto& word) { return word.size() > 1 && word.starts_with('-'); });
+    std::vector<std::string> names;
+    if (option != left.end()) {
+        const auto name = option->substr(0, option->find('='));
+        addOptions(app, names);
+        return fmt::format("{}: there is no such option{}", name, nearWords(name, names));
+    }
+    for (const CLI::App* const sub : app.get_subcommands({})) {
+        if (!sub->get_name().empty()) names.push_back(sub->get_name());
+    }
+    if (!names.empty())
+        return fmt::format("there is no subcommand {}{}", left.front(), nearWords(left.front(), names));
+    return fmt::format("\"{}\" is one word too many", left.front());
+}
+
+/// "Exactly 1 option from [--a,--b] is required and 2 were given", as people say it; else "".
+std::string oneOfSentence(const std::string& text) {
+    const auto begin = text.find(" option from ["), end = text.find("] is required");
+    if (begin == text.npos || end == text.npos || begin > end) return "";
+    std::string names = text.substr(begin + 14, end - begin - 14);
+    const bool several = text.ends_with("were given");
+    for (auto at = names.find(','); at != names.npos; at = names.find(',', at + 2)) {
+        const bool last = names.find(',', at + 1) == names.npos;
+        names.replace(at, 1, !last ? ", " : several ? " and " : " or ");
+    }
+    return several ? fmt::format("only one of {} can be given", names) : fmt::format("{} is required", names);
+}
+
 /// What is wrong with a command line, as people say it.
-std::string sentenceOf(const CLI::ParseError& error) {
+std::string sentenceOf(const CLI::App& program, const CLI::ParseError& error) {
+    // What is missing may be what was mistyped.
+    const bool incomplete = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr ||
+                            dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    if (incomplete) {
+        if (auto unknown = unknownIn(program); !unknown.empty()) return unknown;
+        if (auto one = oneOfSentence(error.what()); !one.empty()) return one;
+    }
     constexpr std::string_view convert = "Could not convert: ", missing = " missing", required = " required ";
     const std::string text = error.what();
     if (text.rfind(convert, 0) == 0) {
@@ -96,8 +161,15 @@ Option Option::oneOf(const std::vector<std::string>& values) const {
 }
 
 Option Option::size(std::uint64_t least, std::uint64_t greatest) const {
-    option_->transform(CLI::AsSizeValue(false).description(""))
-        ->check(CLI::Range(least, greatest).description(""));
+    const auto bytes = [](std::string& text) {
+        const std::string given = text;
+        try {
+            if (CLI::AsSizeValue(false)(text).empty()) return std::string();
+        } catch (const CLI::ValidationError&) {  // of some it is thrown
+        }
+        return fmt::format("\"{}\" is no size; one is 512M or 8G", given);
+    };
+    option_->transform(CLI::Validator(bytes, ""))->check(CLI::Range(least, greatest).description(""));
     return *this;
 }
 
@@ -181,7 +253,7 @@ Program::Program(const std::string& description, const std::string& name)
     app_->failure_message([](const CLI::App* app, const CLI::Error& error) {
         const auto* const parsing = dynamic_cast<const CLI::ParseError*>(&error);
         return fmt::format("{}: {}\nRun with --help for more information.\n", app->get_name(),
-                           parsing != nullptr ? sentenceOf(*parsing) : error.what());
+                           parsing != nullptr ? sentenceOf(*app, *parsing) : error.what());
     });
 }
 

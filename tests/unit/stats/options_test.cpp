@@ -86,6 +86,7 @@ TEST(StatsOptions, WrongUsageIsOneSentence) {
     expectRefused({"--histogram", "x", "--columns", "x"}, "--columns");
     expectRefused({"--json", "--csv", "a.csv"}, "one of --json, --csv and --npy");
     expectRefused({"--export", "a.txt"}, ".h5, .npy or .csv");
+    expectRefused({"--select", R"({"density": {"max": 0.4}})"}, "--select: is the name of a file");
     expectRefused({"--csv", "a.csv", "--export", "a.csv"}, "--export");
     expectRefused({"--spawn", "data=x"}, "--spawn");
     expectRefused({"more"}, "more");
