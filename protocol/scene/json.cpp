@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
+#include "protocol/quantity/near_names.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/text_file.h"
@@ -293,21 +294,37 @@ std::string wrongValue(std::string_view text) {
                        found != jsonTypes.end() ? found->second : "a group in braces {}");
 }
 
+/// "; near it: width", of the fields of what stands at a path of a message: "views[0].layers[1]".
+std::string nearFields(const Descriptor* type, const std::string& path, std::string_view name) {
+    for (std::size_t begin = 0, end = 0; begin < path.size() && type != nullptr; begin = end + 1) {
+        end = std::min(path.find('.', begin), path.size());
+        const auto stop = std::min(path.find('[', begin), end);
+        const auto* const field = type->FindFieldByCamelcaseName(path.substr(begin, stop - begin));
+        type = field == nullptr ? nullptr : field->message_type();
+    }
+    std::vector<std::string_view> names;
+    for (int i = 0; type != nullptr && i < type->field_count(); ++i)
+        names.emplace_back(type->field(i)->json_name());
+    return nearNames(name, names);
+}
+
 /// Protobuf says "(views[0]) widht: Cannot find field." and "(views[0].width): invalid value ..."; people
-/// look for "views[0].widht" and "views[0].width".
-std::string withPath(std::string_view text) {
+/// look for "views[0].widht" and "views[0].width". `type`: of the message that was read.
+std::string withPath(const Descriptor* type, std::string_view text) {
     constexpr std::string_view unknown = ": Cannot find field.";
     const auto end = text.find(')');
     const bool placed = text.starts_with('(') && end != std::string_view::npos;
     std::string path = placed ? jsonPath(text.substr(1, end - 1)) : std::string();
+    const std::string group = path;
     std::string_view rest = placed ? text.substr(end + 1) : text;
     if (placed && rest.starts_with(' ')) {
         path += '.';
         rest.remove_prefix(1);
     }
-    if (rest.ends_with(unknown))
-        return fmt::format("{}{}: there is no such field", path,
-                           rest.substr(0, rest.size() - unknown.size()));
+    if (rest.ends_with(unknown)) {
+        const auto name = rest.substr(0, rest.size() - unknown.size());
+        return fmt::format("{}{}: there is no such field{}", path, name, nearFields(type, group, name));
+    }
     const auto colon = rest.find(": ");
     if (colon == std::string_view::npos) return path + std::string(rest);
     const auto place = path.append(rest.substr(0, colon));
@@ -469,8 +486,10 @@ Status parseJson(std::string_view said, google::protobuf::Message& message, std:
         json::JsonStringToMessage({text.data(), text.size()}, &message, json::JsonParseOptions{});
     if (!status.ok()) {
         const auto fault = JsonFault(said).find();
-        return Error{ErrorCode::invalidArgument, std::string(source),
-                     fault ? *fault : withPath({status.message().data(), status.message().size()})};
+        return Error{
+            ErrorCode::invalidArgument, std::string(source),
+            fault ? *fault
+                  : withPath(message.GetDescriptor(), {status.message().data(), status.message().size()})};
     }
     MOTE_RETURN_IF_ERROR(tellEmptyLists(text, message), source);
     return success();

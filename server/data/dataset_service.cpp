@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <vector>
 
 #include "protocol/mote.pb.h"
+#include "protocol/quantity/near_names.h"
 #include "protocol/scene/most_recent.h"
 #include "protocol/scene/utf8.h"
 #include "server/log.h"
@@ -22,10 +25,18 @@ std::string withoutSuffix(const std::string& dataset) {
     return dataset.ends_with(suffix) ? dataset.substr(0, dataset.size() - suffix.size()) : dataset;
 }
 
-Error unknownDataset(const std::string& dataset) {
+/// Names the nearest of those that are there: "beam" is near "data/beam", too.
+Error unknownDataset(const std::string& dataset,
+                     const std::map<std::string, storage::Catalogue::Entry>& all) {
+    std::vector<std::string_view> names;
+    for (const auto& [name, entry] : all) names.push_back(name);
+    std::string near = nearNames(dataset, names);
+    for (const auto name : names) {
+        if (near.empty() && name.ends_with("/" + dataset)) near = fmt::format("; near it: {}", name);
+    }
+    const std::string_view others = near.empty() ? "; the catalogue lists those that are" : "";
     return {ErrorCode::notFound, "dataset",
-            fmt::format("there is no dataset \"{}\" here; the catalogue lists those that are",
-                        toUtf8(dataset.substr(0, 200)))};
+            toUtf8(fmt::format("there is no dataset \"{}\" here{}{}", dataset.substr(0, 200), near, others))};
 }
 
 /// The request for another plot of a dataset's run, as a client may submit it: of its columns, if it keeps
@@ -178,7 +189,7 @@ void DatasetService::describe(std::string dataset, Answered<Result<proto::Descri
 Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& name) {
     const auto all = known();
     const auto found = all->entries.find(withoutSuffix(name));
-    if (found == all->entries.end()) return unknownDataset(name);
+    if (found == all->entries.end()) return unknownDataset(name, all->entries);
     return found->second;
 }
 

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from typing import Any, Dict, Iterator
 
@@ -57,7 +58,12 @@ class _Factory:
     """Makes classes; protobuf 3 and 4 have different functions for it."""
 
     def __init__(self) -> None:
-        from google.protobuf import descriptor_pool, message_factory
+        try:
+            from google.protobuf import descriptor_pool, message_factory
+        except ImportError as error:
+            raise ImportError(f"mote needs the packages protobuf, numpy, zstandard and pillow, and {sys.executable} has no "
+                              "protobuf; Debian's are python3-protobuf, python3-numpy, python3-zstandard and python3-pil, for "
+                              "/usr/bin/python3", name=error.name) from None
 
         self.pool = descriptor_pool.DescriptorPool()
         for file in _files(_read_descriptors()):

@@ -115,7 +115,13 @@ TEST(Json, WhatAFieldTakesIsToldInPlainWords) {
     EXPECT_EQ(complaintAbout("[1]"), "a group in braces {} must stand here");
     EXPECT_EQ(complaintAbout(R"({"views": [{"layers": [{"mesh": {}, "ink": {}}]}]})"),
               "views[0].layers[0]: it has another kind already, and cannot be \"ink\" too");
-    EXPECT_EQ(complaintAbout(R"({"views": [{"widht": 3}]})"), "views[0].widht: there is no such field");
+    EXPECT_EQ(complaintAbout(R"({"views": [{"widht": 3}]})"),
+              "views[0].widht: there is no such field; near it: width");
+    EXPECT_EQ(complaintAbout(R"({"views": [{"layers": [{}, {"particle": {}}]}]})"),
+              "views[0].layers[1].particle: there is no such field; near it: particles");
+    EXPECT_EQ(complaintAbout(R"({"views": [{"camera": {"fovY": 3}}]})"),
+              "views[0].camera.fovY: there is no such field; near it: fovYDegrees");
+    EXPECT_EQ(complaintAbout(R"({"qqq": 1})"), "qqq: there is no such field");
 }
 
 TEST(Json, DeepNestingIsAnErrorAndNoCrash) {
