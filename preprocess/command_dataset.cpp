@@ -3,6 +3,7 @@
 // The subcommands about a dataset that is there: info and verify.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "preprocess/command_line.h"
@@ -22,7 +23,21 @@ struct CheckArguments {
     std::string dataset;
 };
 
+/// Errors: invalidArgument if what is named is there and is no dataset.
+Status mustBeDataset(const std::string& named) {
+    const std::filesystem::path path(named);
+    std::error_code code;
+    if (!std::filesystem::exists(path, code) || std::filesystem::exists(path / storage::manifestName, code) ||
+        path.extension() == storage::datasetSuffix)
+        return success();
+    return unsupported(named,
+                       "is no dataset, which is a folder NAME.mote; what a file or another folder "
+                       "holds says mote-prep look");
+}
+
 int info(const CommandLine& line, const CheckArguments& options) {
+    const Status dataset = mustBeDataset(options.dataset);
+    if (!dataset.ok()) return fail(line, dataset.error());
     const auto manifest = storage::readManifest(options.dataset);
     if (!manifest.ok()) return fail(line, manifest.error());
     if (line.json) {
@@ -49,6 +64,8 @@ void printJson(const std::string& directory, const std::vector<Error>& errors) {
 }
 
 int verify(const CommandLine& line, const CheckArguments& options) {
+    const Status dataset = mustBeDataset(options.dataset);
+    if (!dataset.ok()) return fail(line, dataset.error());
     const auto errors = [&] {
         ConsoleProgress progress(line.signal, {line.quiet, -1});
         return storage::verifyDataset(

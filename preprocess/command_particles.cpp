@@ -88,7 +88,7 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
         .oneOf({"without", "with", "only"})
         .valueName("WHICH");
     field("impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");
-    field("impact.mass", "IMPACT: rest mass, eV/c^2").valueName("EV");
+    field("impact.mass", "Rest mass of a particle where the file does not say it, eV/c^2").valueName("EV");
     field("impact.kinetic_energy", "IMPACT: reference kinetic energy, eV").valueName("EV");
     field("impact.current", "IMPACT: beam current, A").valueName("A");
 }

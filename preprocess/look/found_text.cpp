@@ -58,8 +58,9 @@ void addLine(std::string& text, const std::string& label, const std::string& res
 std::string rangeText(const FoundColumn& column) {
     std::string text = "has no finite value";
     if (std::isfinite(column.low)) {
-        text = fmt::format("from {:.6g} to {:.6g}", column.low, column.high);
-        if (!column.unit.empty()) text += " " + column.unit;
+        text = column.low < column.high ? fmt::format("from {:.6g} to {:.6g}", column.low, column.high)
+                                        : fmt::format("{:.6g} everywhere", column.low);
+        if (!column.unit.empty() && column.unit != "1") text += " " + column.unit;
     }
     if (column.invalid > 0) text += fmt::format(", {} not finite", column.invalid);
     return text;

@@ -109,6 +109,9 @@ Status readRanges(ParticleSource& source, bool all, Progress& progress, Found& f
         if (!all && rows > 0) break;
     }
     found.facts.push_back({"lost", lost, "lost", lost > 0 ? fmt::format("{}", lost) : ""});
+    const bool every = all || source.steps().size() < 2;
+    found.facts.push_back({"rangesOf", std::string(every ? "all" : "first"), "ranges",
+                           every ? "" : "of the first step; --all looks at every step"});
     return success();
 }
 

@@ -53,8 +53,7 @@ Result<double> unitFactor(Column column, std::string_view written, double mass, 
     }
     if (isMomentum(column) && isMassUnit(unit)) {
         if (mass > 0.0) return mass;
-        return invalid(where,
-                       "is in units of m c; give the particle's mass (impact.mass of the job, eV/c^2)");
+        return invalid(where, "is in units of m c; give the particle's mass (--mass, eV/c^2)");
     }
     return unsupported(where, "has the unit '" + std::string(written) + "', which is not known");
 }

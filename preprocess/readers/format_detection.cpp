@@ -120,6 +120,12 @@ bool isImpactStatistics(const ParticleReader& reader, const std::filesystem::pat
     return path.filename().string().starts_with("fort.") && number && *number >= first && *number <= last;
 }
 
+/// What a run of IMPACT was told, which its readers look for beside its dumps.
+bool isImpactDeck(const std::filesystem::path& path) {
+    const auto name = path.filename();
+    return name == "ImpactZ.in" || name == "ImpactT.in";
+}
+
 /// A file and whose it is.
 struct Told {
     const InputFile* file = nullptr;
@@ -160,6 +166,10 @@ Result<std::vector<Told>> tellAll(const proto::ParticlesJob& job, const std::vec
     std::optional<Error> failed;
     std::vector<Told> told;
     for (const InputFile& file : files) {
+        if (!file.listed && isImpactDeck(file.path)) {
+            leftOut.add(file.path.filename().string() + " is IMPACT's own input");
+            continue;
+        }
         const auto reader = named ? readerNamed(job.format()) : tell(job, file.path);
         if (!reader.ok()) {
             const ErrorCode code = reader.error().code;

@@ -52,7 +52,8 @@ constexpr KnownFile knownBegins[] = {
     {4, "n+2\0"sv, "a NIfTI-2 file", way::volume, ""},
     {208, "MAP "sv, "an MRC or CCP4 map", way::volume, ""},
     {0, "ADIOS-BP"sv, "an ADIOS2 BP file", way::adios, way::adios},
-    {0, "root"sv, "a ROOT file", "uproot in Python reads it: write its tree with to_csv or numpy.savez", ""},
+    {0, "root\0"sv, "a ROOT file", "uproot in Python reads it: write its tree with to_csv or numpy.savez",
+     ""},
     {0, "CDF\x01"sv, "a netCDF-3 file (or MINC-1)", way::dumped, way::array},
     {0, "CDF\x02"sv, "a netCDF-3 file", way::dumped, way::array},
     {0, "CDF\x05"sv, "a netCDF-3 file", way::dumped, way::array},
@@ -163,7 +164,7 @@ std::optional<std::string> knownFile(std::string_view begin, std::string_view na
     };
     for (const KnownFile& known : knownBegins) {
         if (begin.size() < known.offset || wayOut(known).empty()) continue;
-        if (sure && (known.bytes.size() < fewestSure || known.bytes == "root")) continue;
+        if (sure && known.bytes.size() < fewestSure) continue;
         if (begin.substr(known.offset).starts_with(known.bytes))
             return knownSentence(known.what, wayOut(known), wanted);
     }

@@ -188,7 +188,7 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
     return unsupported(
         file->name(),
         "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), DICOM, NumPy, MRC, PNG or TIFF "
-        "file; a raw one needs its dimensions and type");
+        "file; a raw one is read by mote-prep volume, with --dimensions NX NY NZ and --type");
 }
 
 Source openAs(std::string_view format, const VolumeStep& step, Progress& progress) {

@@ -247,8 +247,8 @@ std::string describeParticles(const proto::ParticlesManifest& particles) {
             if (i < step.column_resolution_size())
                 resolution = std::max(resolution, step.column_resolution(i));
         }
-        fmt::format_to(out, "column   {} from {:.6g} to {:.6g} {}", column.name(), column.min(), column.max(),
-                       column.unit());
+        fmt::format_to(out, "column   {} from {:.6g} to {:.6g}", column.name(), column.min(), column.max());
+        if (!column.unit().empty() && column.unit() != "1") fmt::format_to(out, " {}", column.unit());
         if (resolution > 0.0) fmt::format_to(out, ", in steps of at most {:.2g}", resolution);
         text += '\n';
     }

@@ -75,7 +75,7 @@ class Look(Case):
                 ("a.root", b"root\0\0\xf0", "is a ROOT file"), ("nine.txt", b"1 2 3 4 5 6 7 8 9\n" * 3, "without names"),
                 ("cut.nrrd", b"NRRD0004\ntype: int16\ndimension: 3\nsizes: 5 4 3\nencoding: raw\nendian: little\n\n12", "120 bytes"),
                 ("furlong.csv", b"x [furlong],px [eV/c],y [m]\n1,2,3\n", "'furlong', which is not known"), ("empty", b"", "is empty"),
-                ("a.raw", bytes(range(256)) * 4, "a raw one needs its dimensions"), ("a.raw", bytes(range(256)) * 4, "--map"),
+                ("a.raw", bytes(range(256)) * 4, "a raw one is read by mote-prep volume, with --dimensions"), ("a.raw", bytes(range(256)) * 4, "--map"),
                 ("cut.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n", "cut.ply")):
             with self.subTest(name=name):
                 (self.folder / name).write_bytes(content)

@@ -121,7 +121,7 @@ class OpenPmd(Case):
         made = beams.read(path, "--species", "electrons")
         self.assertEqual([len(step["x"]) for step in made.steps], [0, 120])
         beam.hold(self, made.steps[1])
-        self.refused("holds no species 'muons' but ions", beams.read, path, "--species", "muons")
+        self.refused("holds no species 'muons', but ions", beams.read, path, "--species", "muons")
 
     def test_particles_below_groups(self):
         beam = Beam()

@@ -161,7 +161,7 @@ class Joined(FolderCase):
                                            Species(random, "ions", (0, 5), PROTON, CHARGE)])
         self.refused("electrons,electrons", "species: names electrons twice")
         self.refused("electrons,,ions", "comma without a name")
-        self.refused("electrons,muons", "holds no species 'muons' but electrons, ions")
+        self.refused("electrons,muons", "holds no species 'muons', but electrons, ions")
         self.refused(",".join(f"s{i}" for i in range(65)), "65 species")
 
 

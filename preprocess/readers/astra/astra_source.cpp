@@ -129,7 +129,7 @@ Status AstraSource::setMass(const Row& reference, const std::string& file) {
         mass_ = ofNumber(species).mass;
         if (mass_ == 0.0) {
             progress_.note("the mass of species " + std::to_string(static_cast<int>(species)) +
-                           " stands in ASTRA's input, not in the file: give it (impact.mass of the job)");
+                           " stands in ASTRA's input, not in the file: give it (--mass)");
         }
     }
     species_ = species;

@@ -183,7 +183,7 @@ void OpenpmdSource::addWeightUnit(const std::string& unit) {
 Status OpenpmdSource::finish() {
     if (!anySpecies_) {
         if (!absentAt_.empty())
-            return notFound(absentAt_, "holds no species '" + wantedSpecies_ + "' but " + othersText_);
+            return notFound(absentAt_, "holds no species '" + wantedSpecies_ + "', but " + othersText_);
         return notFound(steps_.empty() ? "" : steps_.front().file,
                         "no iteration holds particles (a group with the record 'position' or 'momentum')");
     }

@@ -127,7 +127,7 @@ Status SddsSource::finish() {
     }
     const SddsColumns& first = files_.front().columns;
     if (first.massAssumed()) {
-        progress_.note("no mass is given (impact.mass of the job): the particles are taken for electrons");
+        progress_.note("no mass is given (--mass): the particles are taken for electrons");
     }
     if (first.rings()) {
         progress_.note(

@@ -48,7 +48,7 @@ Status TableColumns::add(const TableField& field, double mass, const std::string
     if (meaning->inMass) {
         if (!(mass > 0.0) && !(mass_ > 0.0)) {
             return invalid(place,
-                           "is in units of m c; give the particle's mass (--mass, or impact.mass of the job, "
+                           "is in units of m c; give the particle's mass (--mass, "
                            "eV/c^2)");
         }
         item->factor = mass_;

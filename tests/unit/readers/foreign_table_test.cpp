@@ -167,11 +167,22 @@ TEST_F(ForeignTable, ofAFolderIsARun) {
     EXPECT_TRUE(progress_.noted("2 of the files are left out: "));
 }
 
+TEST_F(ForeignTable, aDeckBesideDumpsIsSaidToBeOne) {
+    const auto run = folder_ / "dumps";
+    std::filesystem::create_directory(run);
+    writeFile(run / "ImpactZ.in", "1 2\n");
+    writeFile(run / "s1.csv", "x [m]\n1\n");
+    MOTE_OPEN(source, {run}, progress_);
+    EXPECT_EQ(source->steps().size(), 1u);
+    EXPECT_TRUE(progress_.noted("1 of the files is left out: ImpactZ.in is IMPACT's own input"));
+}
+
 TEST(KnownFile, isNamedWithAWayOut) {
     const auto said = [](std::string begin, const char* name = "file") {
         return prep::knownFile(begin, name, prep::WantedAs::particles).value_or("");
     };
-    EXPECT_THAT(said("root\x00\x01"), HasSubstr("is a ROOT file, which is not read as particles; uproot"));
+    EXPECT_THAT(said(std::string("root\x00\x01", 6)),
+                HasSubstr("is a ROOT file, which is not read as particles; uproot"));
     EXPECT_THAT(said(std::string(128, '\0') + "DICM"), HasSubstr("DICOM"));
     EXPECT_THAT(said("# vtk DataFile Version 3.0\n"), HasSubstr("VTK"));
     EXPECT_THAT(said("MATLAB 5.0 MAT-file, Platform"), HasSubstr("scipy.io.loadmat"));
