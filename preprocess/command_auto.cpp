@@ -92,14 +92,21 @@ Result<DraftFile> beginView(const OutputName& output) {
     return DraftFile::create(output.beside(".view.json"));
 }
 
-/// The plane of dots, of which nothing is printed unless it fails.
+/// The plane of dots, which the object of --json does not tell of.
 int makeDots(const CommandLine& line, const AutoChoice& choice, const OutputName& output,
              const JobResources& resources) {
     if (!choice.dots.has_stipple()) return 0;
     auto dots = choice.dots;
     dots.set_output(output.beside("-dots.mote").string());
-    const CommandLine quiet{line.signal, false, true};
-    return runAndPrint(quiet, dots, {}, resources);
+    const CommandLine text{line.signal, false, line.quiet || line.json};
+    return runAndPrint(text, dots, {}, resources);
+}
+
+/// Says that there is a view, and what draws it.
+void sayView(const OutputName& output) {
+    const auto view = toTerminalText(output.beside(".view.json").string());
+    const auto folder = output.folder.empty() ? std::string(".") : toTerminalText(output.folder.string());
+    fmt::print("{0}: a view of it, drawn by mote-frames {0} --spawn data={1} --out pictures\n", view, folder);
 }
 
 int runAuto(const CommandLine& line, const AutoArguments& options) {
@@ -119,7 +126,9 @@ int runAuto(const CommandLine& line, const AutoArguments& options) {
                     said(*choice, output->beside(".view.json")));
     if (status != 0) return status;
     const Status written = writeScript(viewOf(*choice, *output), *view);
-    return written.ok() ? 0 : fail(line, written.error());
+    if (!written.ok()) return fail(line, written.error());
+    if (!line.json && !line.quiet) sayView(*output);
+    return 0;
 }
 
 }  // namespace

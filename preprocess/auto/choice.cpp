@@ -57,13 +57,15 @@ const Found* bestOf(const Look& look, AutoChoice& choice) {
     for (const Found& found : look.found) {
         if (&found != best) others.push_back(titleOf(found));
     }
-    std::string why = fmt::format("read as {}, by {}", best->format, best->told);
+    std::string why = fmt::format("read as {}, told by {}", best->format, best->told);
     if (!others.empty()) {
         constexpr std::size_t most = 8;
         const std::string more =
             others.size() > most ? fmt::format(" and {} more", others.size() - most) : "";
         others.resize(std::min(others.size(), most));
-        why += fmt::format("; {}{} can be prepared by their own commands", fmt::join(others, ", "), more);
+        why += fmt::format(
+            "; the file also holds {}{}: mote-prep particles, volume, mesh and image prepare them",
+            fmt::join(others, ", "), more);
     }
     choice.reasons.push_back({"kind", titleOf(*best), why});
     return best;
@@ -163,9 +165,9 @@ void chooseLevel(const Found& run, AutoChoice& choice) {
     choice.request.mutable_particles()->set_volume_level(level);
     choice.reasons.push_back(
         {"volume", fmt::format("{} cells a side", 1U << level),
-         few ? fmt::format("{} particles a step are points each, and need no fine volume", largest)
-             : fmt::format("the dense core of {} particles a step is a volume as fine as its leaves",
-                           largest)});
+         few ? fmt::format("the {} particles of a step are drawn as points, so no fine volume is needed",
+                           largest)
+             : fmt::format("with {} particles in a step, the dense core is drawn as a volume", largest)});
 }
 
 Status chooseParticles(const Found& run, const std::filesystem::path& input, AutoChoice& choice) {
@@ -176,7 +178,7 @@ Status chooseParticles(const Found& run, const std::filesystem::path& input, Aut
     chooseAxes(run, choice);
     chooseLevel(run, choice);
     choice.reasons.push_back({"style", "volume and points",
-                              "what is dense hides itself as points and what is rare is lost in a volume"});
+                              "points would hide a dense core, and a volume would lose rare particles"});
     return success();
 }
 
@@ -198,9 +200,14 @@ void chooseMesh(const Found& mesh, const std::filesystem::path& input, AutoChoic
                                           countOf(mesh, "triangles"))});
 }
 
+/// Readers name the file, and so does the error that their sentences become.
 Error nothingToPrepare(const Look& look) {
     std::vector<std::string> why = look.refused;
     for (const Found& found : look.found) why.insert(why.end(), found.refused.begin(), found.refused.end());
+    const std::string name = std::filesystem::path(look.input).filename().string() + ": ";
+    for (std::string& sentence : why) {
+        if (sentence.starts_with(name)) sentence.erase(0, name.size());
+    }
     return {ErrorCode::unsupported, look.input,
             why.empty() ? "holds nothing that can be prepared" : fmt::format("{}", fmt::join(why, "; "))};
 }

@@ -78,14 +78,15 @@ std::uint64_t bytesIn(const fs::path& folder) {
     return bytes;
 }
 
-/// A form of a volume, and how far its pictures are from the volume's: levels of 255, as measured.
+/// A form of a volume, and how far its pictures are from the volume's: levels of 255, as measured with the
+/// curve that a view has that says none (docs/AUTO.md).
 struct Form {
     double threshold = 0.0;  ///< 0: exact
     double levels = 0.0;
 };
 // Half a level is what a picture's own rounding is wrong by; exact volumes take a quarter more time.
 constexpr double roundingLevels = 0.5, exactTime = 1.25;
-constexpr std::array<Form, 5> forms{{{0.0, 0.0}, {0.01, 2.7}, {0.02, 3.9}, {0.05, 5.6}, {0.1, 7.6}}};
+constexpr std::array<Form, 5> forms{{{0.0, 0.0}, {0.01, 14.0}, {0.02, 18.0}, {0.05, 32.0}, {0.1, 53.0}}};
 
 struct Tried {
     Form form;
@@ -158,7 +159,7 @@ std::string whyOf(const Tried& best, const Tried& exact) {
     const double share =
         static_cast<double>(exact.bytes) / static_cast<double>(std::max<std::uint64_t>(best.bytes, 1));
     if (best.form.threshold == 0.0)
-        return "all its samples take so few bytes that nothing needs to be left out";
+        return "what the others leave out would be seen, and they do not save enough bytes for that";
     if (exact.form.threshold != 0.0)
         return "all its samples do not fit into a quarter of this machine's memory";
     return fmt::format(
