@@ -5,12 +5,15 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -55,6 +58,40 @@ std::vector<std::string> commandLine(const ServerCommand& command, const std::fi
     ::_exit(127);
 }
 
+// What is younger may belong to a program that does not hold its log.
+constexpr std::chrono::hours leftBehind{24};
+constexpr int mostLooked = 100'000;
+
+/// Whether nobody holds the log of a private server's folder any more.
+bool isLeftBehind(const std::filesystem::path& folder) {
+    struct stat found {};
+    if (::lstat(folder.c_str(), &found) != 0 || !S_ISDIR(found.st_mode) || found.st_uid != ::geteuid())
+        return false;
+    const int log = ::open((folder / "log").c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (log < 0) return false;
+    const bool held = ::flock(log, LOCK_EX | LOCK_NB) != 0;
+    const bool known = ::fstat(log, &found) == 0;
+    ::close(log);
+    const auto written = std::chrono::system_clock::from_time_t(found.st_mtime);
+    return known && !held && std::chrono::system_clock::now() - written > leftBehind;
+}
+
+/// Removes the folders of servers whose owners were killed.
+void removeLeftBehind(std::string_view owner) {
+    std::error_code code;
+    std::vector<std::filesystem::path> gone;
+    std::filesystem::directory_iterator entry(std::filesystem::temp_directory_path(code), code);
+    for (int looked = 0; !code && entry != std::filesystem::directory_iterator() && looked < mostLooked;
+         ++looked) {
+        const auto name = entry->path().filename().string();
+        const bool named =
+            name.size() == owner.size() + 7 && name.starts_with(owner) && name[owner.size()] == '-';
+        if (named && isLeftBehind(entry->path())) gone.push_back(entry->path());
+        entry.increment(code);
+    }
+    for (const auto& folder : gone) std::filesystem::remove_all(folder, code);
+}
+
 /// Waits for any of them; false after the timeout.
 bool waitFor(std::array<pollfd, 2>& descriptors, int timeoutMs) {
     int count = -1;
@@ -85,6 +122,7 @@ Result<std::unique_ptr<PrivateServer>> PrivateServer::launch(std::string_view ow
     if (::access(command.program.c_str(), X_OK) != 0) {
         return Error{ErrorCode::notFound, command.program.string(), "there is no server to start here"};
     }
+    removeLeftBehind(owner);
     std::unique_ptr<PrivateServer> server(new PrivateServer(owner));
     MOTE_RETURN_IF_ERROR(server->execute(command, interrupt));
     return server;
@@ -100,12 +138,13 @@ Status PrivateServer::execute(const ServerCommand& command, const Interrupt& int
     std::array<int, 2> pipe{};
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0) return internalError("no pipe", errno);
     output_ = pipe[0];
-    const int log = ::open(logFile().c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
-    child_ = log < 0 ? -1 : ::fork();
+    log_ = ::open(logFile().c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    // Held for as long as one of us lives: removeLeftBehind().
+    if (log_ >= 0) ::flock(log_, LOCK_EX | LOCK_NB);
+    child_ = log_ < 0 ? -1 : ::fork();
     const int failure = errno;
-    if (child_ == 0) becomeServer(words, pipe[1], log, interrupt);
+    if (child_ == 0) becomeServer(words, pipe[1], log_, interrupt);
     ::close(pipe[1]);
-    if (log >= 0) ::close(log);
     if (child_ < 0) return internalError("cannot be started", failure);
     process_ = static_cast<int>(::syscall(SYS_pidfd_open, child_, 0));  // glibc 2.36's header is not for C++
     if (process_ < 0) return internalError("cannot be watched", errno);
@@ -163,6 +202,7 @@ PrivateServer::~PrivateServer() {
     }
     if (process_ >= 0) ::close(process_);
     if (output_ >= 0) ::close(output_);
+    if (log_ >= 0) ::close(log_);
 }
 
 TemporaryFolder::TemporaryFolder(std::string_view prefix) {

@@ -48,8 +48,9 @@ struct ServerCommand {
 /// killed. Main thread.
 class PrivateServer {
   public:
-    /// Starts one and waits until it is ready; its folder's name begins with `owner`. Errors: notFound (no
-    /// program), internal with what the server said, cancelled (interrupted).
+    /// Starts one and waits until it is ready. Its folder's name begins with `owner`; what owners of this name
+    /// left when they were killed, a day ago or earlier, is removed first. Errors: notFound (no program),
+    /// internal with what the server said, cancelled (interrupted).
     static Result<std::unique_ptr<PrivateServer>> start(std::string_view owner, const ServerCommand& command,
                                                         const Interrupt& interrupt);
     /// The same in two parts, between which it starts by itself.
@@ -77,6 +78,7 @@ class PrivateServer {
     pid_t child_ = -1;
     int process_ = -1;  // pidfd
     int output_ = -1;   // its stdout, our end
+    int log_ = -1;      // locked
 };
 
 /// The server's program beside our own.

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The server's life: it ends when told to, and its jobs outlive it.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <optional>
 #include <vector>
 
@@ -182,6 +186,30 @@ TEST_F(Spawn, DrawsTheSameBytesAsAServerThatRuns) {
     station_.startServer();
     ASSERT_EQ(station_.frames(script).status, 0);
     EXPECT_EQ(bytesOf(station_.out() / "frame-000000.png"), first);
+}
+
+/// A program that was killed cannot remove its server's folder.
+TEST_F(Spawn, RemovesWhatItsLikeLeftBehind) {
+    const auto leave = [&](const std::string& name, int hours) {
+        const auto log = station_.temporary() / name / "log";
+        std::filesystem::create_directories(station_.temporary() / name / "state");
+        std::ofstream(log) << "the server ends\n";
+        std::filesystem::last_write_time(
+            log, std::filesystem::file_time_type::clock::now() - std::chrono::hours(hours));
+        return log;
+    };
+    leave("mote-frames-Killed", 30);
+    leave("mote-frames-Recent", 1);
+    leave("mote-frames-another", 30);
+    leave("mote-view-Viewer", 30);
+    const int held = ::open(leave("mote-frames-InUse0", 30).c_str(), O_RDONLY | O_CLOEXEC);
+    ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
+    const auto done = station_.frames(scriptOf({beamView(32)}), spawn(), options());
+    ::close(held);
+    EXPECT_EQ(done.status, 0) << done.errors;
+    EXPECT_THAT(namesIn(station_.temporary()),
+                testing::UnorderedElementsAre("mote-frames-Recent", "mote-frames-another", "mote-view-Viewer",
+                                              "mote-frames-InUse0"));
 }
 
 TEST_F(Spawn, TakesSeveralRootsAndADevice) {
