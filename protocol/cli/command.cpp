@@ -9,7 +9,7 @@
 #include <iostream>
 #include <string_view>
 
-#include "protocol/quantity/near_names.h"
+#include "protocol/scene/near_names.h"
 
 namespace mote::cli {
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "protocol/quantity/expression_kernel.h"
-#include "protocol/quantity/near_names.h"
+#include "protocol/scene/near_names.h"
 
 namespace mote {
 namespace {

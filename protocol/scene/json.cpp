@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
-#include "protocol/quantity/near_names.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/near_names.h"
 #include "protocol/scene/text_file.h"
 
 namespace mote {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
-#include "protocol/quantity/near_names.h"
 #include "protocol/scene/most_recent.h"
+#include "protocol/scene/near_names.h"
 #include "protocol/scene/utf8.h"
 #include "server/log.h"
 #include "storage/manifest.h"
