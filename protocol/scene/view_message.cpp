@@ -139,11 +139,12 @@ Status checkLengths(const View& view) {
 namespace {}  // namespace
 
 double fitMargin(const View& view) {
-    constexpr double labels = 4.5, most = 0.25;  // em; of the picture's shorter side
+    constexpr double labels = 4.5, bars = 7.5, most = 0.25;  // em; em; of the picture's shorter side
     if (!view.annotations || !view.annotations->axes()) return CameraFit::usualMargin;
     const double side = std::min(view.width, view.height);
     const double em = fontPixels(*view.annotations, view.width, view.height, view.scale);
-    return std::clamp(labels * em / side, CameraFit::usualMargin, most);
+    const double beside = view.annotations->color_bar() ? bars * em / view.width : 0.0;
+    return std::clamp(std::max(labels * em / side, beside), CameraFit::usualMargin, most);
 }
 
 Outlook outlookOf(const std::optional<Outlook>& own, const glm::dmat4& transform) {

@@ -266,10 +266,24 @@ bool hasDensityRange(const Layer& layer) {
     return layer.particles() != nullptr && !layer.particles()->volume().density_range().empty();
 }
 
+/// Which colour what has a density is drawn in: where there is no volume, that of the points.
+std::function<glm::dvec3(double)> colorByDensity(const LayerFacts& facts) {
+    return [transfer = *facts.transfer, points = facts.points](double t) {
+        return points && !(transfer.opacity(t) > 0.0) ? *points : transfer.color(t);
+    };
+}
+
+/// The same of layers in which densities have the same colours.
+std::string sameDensityColors(const LayerFacts& facts) {
+    const std::string map(facts.transfer->colorMap.name());
+    if (!facts.points) return map;
+    return fmt::format("{} {} {} {}", map, facts.points->x, facts.points->y, facts.points->z);
+}
+
 /// With a range of its own also of what its colours would be beyond the plot's densities.
-std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFunction& transfer,
-                              const Layer& layer) {
-    const auto& plot = manifest.particles();
+std::optional<Bar> densityBar(const LayerFacts& facts, const Layer& layer) {
+    const auto& plot = facts.manifest->particles();
+    const TransferFunction& transfer = *facts.transfer;
     RichText unit;
     const double factor = densityUnit(plot, layer.step, unit);
     const double decades = std::log(plot.density_max() / plot.density_min());
@@ -285,8 +299,8 @@ std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFun
     return Bar{{low, high, true},
                "1",
                std::move(name),
-               [transfer, shown](double share) {
-                   return transfer.color(shown.low + share * (shown.high - shown.low));
+               [color = colorByDensity(facts), shown](double share) {
+                   return color(shown.low + share * (shown.high - shown.low));
                },
                ""};
 }
@@ -329,8 +343,7 @@ std::vector<Bar> barsOf(const View& view, const std::vector<LayerFacts>& layers)
         const auto& facts = layers[i];
         if (facts.manifest == nullptr || !(view.layers[i].opacity > 0.0)) continue;
         if (facts.transfer && facts.manifest->has_particles())
-            add(densityBar(*facts.manifest, *facts.transfer, view.layers[i]),
-                std::string(facts.transfer->colorMap.name()));
+            add(densityBar(facts, view.layers[i]), sameDensityColors(facts));
         if (facts.transfer && facts.manifest->has_hybrid())
             add(valueBar(*facts.manifest, *facts.transfer), std::string(facts.transfer->colorMap.name()));
         if (view.layers[i].colorBy) add(columnBar(view.layers[i], facts), "");

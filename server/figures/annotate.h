@@ -23,6 +23,7 @@ struct LayerFacts {
     std::optional<ValueRange> colorRange = {};        ///< of the values that points are coloured by
     std::optional<std::uint64_t> chosen = {};         ///< particles of its selection
     std::optional<std::uint64_t> highlighted = {};    ///< particles that are drawn over the others
+    std::optional<glm::dvec3> points = {};  ///< linear RGB of its points, if they have one and are seen
     std::optional<Bounds> shown = {};  ///< of a plot, what its axes are of, layer space; absent: all of it
 };
 

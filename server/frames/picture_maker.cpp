@@ -108,6 +108,9 @@ std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const ren
         const auto* const cells = field.density();
         if (cells == nullptr || cells->values == nullptr) layers[field.layer].transfer = field.transfer;
     }
+    for (const auto& points : plan.points) {
+        if (!points.colors) layers[points.layer].points = points.look.color;
+    }
     return std::make_shared<const Marks>(annotate(view, layers));
 }
 

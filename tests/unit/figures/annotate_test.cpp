@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "protocol/scene/srgb.h"
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/write_fields.h"
 #include "server/figures/box_edges.h"
@@ -254,6 +256,35 @@ TEST(Annotate, colorsStandOutFromTheBackground) {
         for (const auto& text : textsOf(annotate(view, factsOf(view))))
             EXPECT_LT(glm::distance(text.ink.color, glm::dvec3(1.0, 0.0, 0.0)), 1e-9);
     }
+}
+
+/// Where there is no volume, what has a density is points, and these have a colour of their own.
+TEST(Annotate, aDensityBarHasTheColorsThatAreDrawn) {
+    View view = viewOf(1280, 720);
+    view.annotations = asked(false, true, false, false);
+    auto facts = factsOf(view);
+    facts[0].transfer->opacity = *Curve::create({{0.5, 0.0}, {0.5, 0.2}, {1.0, 0.2}});
+    facts[0].transfer->colorRange = {0.0, 1.0};
+    facts[0].points = glm::dvec3(0.0, 0.0, 1.0);
+    const auto color = [&](double share) {
+        std::array<int, 3> found{-1, -1, -1};
+        for (const auto& mark : annotate(view, facts)) {
+            const auto* const bar = std::get_if<ImageMark>(&mark);
+            if (bar == nullptr) continue;
+            const auto at = 4 * static_cast<std::size_t>((1.0 - share) * bar->height);
+            found = {bar->rgba[at], bar->rgba[at + 1], bar->rgba[at + 2]};
+        }
+        return found;
+    };
+    EXPECT_EQ(color(0.1), (std::array<int, 3>{0, 0, 255}));
+    EXPECT_EQ(color(0.45), (std::array<int, 3>{0, 0, 255}));
+    const glm::dvec3 dense = linearToSrgb(facts[0].transfer->color(1.0)) * 255.0;
+    EXPECT_NEAR(color(0.999)[0], dense.x, 4.0);
+    EXPECT_NEAR(color(0.999)[2], dense.z, 4.0);
+    facts[0].points.reset();
+    const glm::dvec3 thin = linearToSrgb(facts[0].transfer->color(0.1)) * 255.0;
+    EXPECT_NEAR(color(0.1)[0], thin.x, 4.0);
+    EXPECT_NEAR(color(0.1)[2], thin.z, 4.0);
 }
 
 /// What the one scale bar of a picture says over what it is, in metres a pixel.
