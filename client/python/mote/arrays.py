@@ -167,7 +167,9 @@ def _write(file: IO[bytes], columns: Mapping[str, NDArray[Any]], about: Mapping[
     """As NPZ, members stored as they are."""
     import numpy as np
 
-    np.savez(file, **columns, **{name: np.array(value) for name, value in about.items() if value is not None})
+    # Any: numpy 2 has an argument of its own among the names.
+    members: Dict[str, Any] = {name: np.array(value) for name, value in about.items() if value is not None}
+    np.savez(file, **{**columns, **members})
 
 
 def _send(session: Session, name: str, file: IO[bytes]) -> None:

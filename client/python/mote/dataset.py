@@ -348,7 +348,7 @@ class Dataset:
             rows += [(f"axis {axis.name}", f"{axis.min:.4g} to {axis.max:.4g} {axis.unit}")
                      for axis in self._manifest.particles.axes[:3]]
             rows += [("columns", ", ".join(self.columns) or "none: prepare it again to have them"),
-                     ("particles", f"{max([0, *self.particles.tolist()]):,}")]
+                     ("particles", f"{int(self.particles.max(initial=0)):,}")]
         return rows
 
     def _repr_html_(self) -> str:
