@@ -19,8 +19,9 @@ Dots dotProbes(const std::vector<SightPlace>& places, std::uint32_t width, const
                const Dots* others) {
     Dots dots;
     for (const auto& [pixel, depth] : places) {
-        dots.push_back({static_cast<float>(pixel % width) + 0.5F, static_cast<float>(pixel / width) + 0.5F,
-                        depth, pixelRadius, 1.0F, color});
+        const auto column = pixel % width, row = pixel / width;
+        dots.push_back({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F, depth, pixelRadius,
+                        1.0F, color});
     }
     if (others != nullptr) dots.insert(dots.end(), others->begin(), others->end());
     return dots;

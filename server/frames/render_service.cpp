@@ -23,6 +23,8 @@ namespace {
 /// One session's part; the history belongs to the render thread alone, the encoder to the session's turn in
 /// the pool, the target to the service's mutex.
 struct Client {
+    Client(RenderEvents told, PictureHistory before) : events(std::move(told)), history(std::move(before)) {}
+
     RenderEvents events;
     PictureHistory history;
     EncodingTarget target = {};

@@ -42,6 +42,7 @@ std::vector<std::string> jobEnvironment() {
 
 std::vector<char*> pointersTo(std::vector<std::string>& variables) {
     std::vector<char*> pointers;
+    pointers.reserve(variables.size() + 1);
     for (auto& variable : variables) pointers.push_back(variable.data());
     pointers.push_back(nullptr);
     return pointers;
@@ -51,7 +52,7 @@ std::filesystem::path findProgram(const std::string& name) {
     const char* path = std::getenv("PATH");
     std::istringstream folders(path ? path : "/usr/bin:/bin");
     for (std::string folder; std::getline(folders, folder, ':');) {
-        const auto program = std::filesystem::path(folder) / name;
+        auto program = std::filesystem::path(folder) / name;
         if (program.is_absolute() && ::access(program.c_str(), X_OK) == 0) return program;
     }
     return name;

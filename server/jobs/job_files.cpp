@@ -25,7 +25,7 @@ namespace {
 
 using storage::FileDescriptor;
 
-constexpr std::uint64_t kTail = 16 * 1024;        // bytes of a file that are looked at
+constexpr std::uint64_t kTail = 16 << 10;         // bytes of a file that are looked at
 constexpr std::uint64_t kLargestFile = 16 << 20;  // bytes; then it begins anew
 constexpr std::size_t kLongestResult = 256;       // bytes
 constexpr std::size_t kLogLines = 50;

@@ -303,7 +303,7 @@ Status JobQueue::cancel(std::string_view id) {
     // Nobody is told of a cancel that the next server would not know of.
     JobRecord cancelled = *record;
     cancelled.cancelRequested = true;
-    if (const auto kept = table_->save(cancelled); !kept.ok()) {
+    if (auto kept = table_->save(cancelled); !kept.ok()) {
         hold(kept.error().toString());
         return kept;
     }

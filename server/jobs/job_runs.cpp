@@ -499,7 +499,7 @@ void JobQueue::tellWhyItWaits(JobRecord& record, const std::string& why) {
 }
 
 Status JobQueue::changed(const JobRecord& record) {
-    const auto saved = table_->save(record);
+    auto saved = table_->save(record);
     if (saved.ok()) {
         holdFor_ = {};
         tell(record);

@@ -113,6 +113,7 @@ std::vector<JobRecord*> JobTable::queued(bool film) {
     }
     std::ranges::stable_sort(turns, {}, [](const Turn& turn) { return std::pair(turn.before, turn.lastMs); });
     std::vector<JobRecord*> records;
+    records.reserve(turns.size());
     for (const auto& turn : turns) records.push_back(turn.record);
     return records;
 }

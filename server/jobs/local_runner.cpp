@@ -81,9 +81,7 @@ class LocalRun final : public Run {
 
 /// posix_spawn with a session of its own, its output in the job's log and the gate at kGate; 0 or an errno.
 int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_t& pid) {
-    std::vector<char*> argv;
-    for (auto& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
+    const auto argv = pointersTo(words);
     auto variables = jobEnvironment();
     const auto pointers = pointersTo(variables);
     posix_spawn_file_actions_t files;

@@ -115,7 +115,7 @@ Result<SelectionResults::Ids> SelectionResults::ids(const Run& run, std::uint32_
     MOTE_ASSIGN_OR_RETURN(auto mask, points(run, made, selection, cancelled));
     if (!mask) {
         Selection all;
-        all.density.emplace();
+        all.density = Selection::Density{};
         MOTE_ASSIGN_OR_RETURN(mask, points(run, made, all, cancelled));
     }
     MOTE_ASSIGN_OR_RETURN(auto hold, memory_->take(2 * valueBytes * mask->count(), cancelled));

@@ -152,14 +152,15 @@ Result<std::optional<std::uint64_t>> SessionThumbnails::ask(std::uint64_t reques
     const auto asked = std::make_shared<Asked>(Asked{request, dataset, std::nullopt});
     desk_->push_back(asked);
     const std::weak_ptr<Asked> wanted = asked;
-    service_->ask(dataset, wanted, [executor = executor_, wanted, ready](Thumbnails::Answer answer) {
-        asio::post(executor, [wanted, ready, answer = std::move(answer)] {
-            const auto own = wanted.lock();
-            if (!own) return;
-            own->answer = answer;
-            ready();
-        });
-    });
+    service_->ask(dataset, wanted,
+                  [executor = executor_, wanted, ready = std::move(ready)](Thumbnails::Answer answer) {
+                      asio::post(executor, [wanted, ready, answer = std::move(answer)] {
+                          const auto own = wanted.lock();
+                          if (!own) return;
+                          own->answer = answer;
+                          ready();
+                      });
+                  });
     if (desk_->size() > mostAsked) {
         givenUp = desk_->front()->request;
         desk_->pop_front();
