@@ -20,6 +20,9 @@ namespace {
 Status checkSize(const proto::View& message) {
     const auto side = [](std::uint32_t pixels, const char* field) -> Status {
         if (pixels >= 1 && pixels <= View::maxSide) return success();
+        if (pixels == 0)
+            return invalid(field,
+                           fmt::format("is missing: a picture has 1 to {} pixels a side", View::maxSide));
         return invalid(field,
                        fmt::format("a picture has 1 to {} pixels a side, not {}", View::maxSide, pixels));
     };

@@ -52,7 +52,7 @@ TEST(FilmScript, SaysWhatIsWrong) {
          "keyframes[1].seconds: inf is not a number from -1000000000 to 1000000000"},
         {"{'keyframes': [{'view': VIEW}, {'seconds': 1}]}", "keyframes[1].view: a keyframe needs a view"},
         {"{'keyframes': [{'view': VIEW}, {'seconds': 1, 'view': {'width': 8}}]}",
-         "keyframes[1].view.height: a picture has 1 to 16384 pixels a side, not 0"},
+         "keyframes[1].view.height: is missing: a picture has 1 to 16384 pixels a side"},
         {"{'keyframes': [{'view': VIEW}, {'seconds': 1, 'view': {'width': 8, 'height': 9}}]}",
          "keyframes[1].view.height: all keyframes have one size, 8 x 8 as the first, not 8 x 9"},
         {"{'keyframes': [{'view': VIEW}, {'seconds': 1, 'view': {'width': 9, 'height': 8}}]}",
