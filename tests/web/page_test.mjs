@@ -139,6 +139,18 @@ await thing('datasets are sorted by their size', async () => {
     assert.deepEqual(names, ['ball', 'beam', 'box'].sort((one, other) => size(other) - size(one)));
     await page.getByLabel('Sort by').selectOption('name');
 });
+await thing('another dataset appears, and what has the focus keeps it', async () => {
+    const chosen = await dataset('ball').elementHandle();
+    await chosen.focus();
+    const row = page.locator('li[data-name="data/anew"]');
+    fs.cpSync(path.join(data, 'box.mote'), path.join(folder, 'anew.mote'), {recursive: true});
+    fs.renameSync(path.join(folder, 'anew.mote'), path.join(data, 'anew.mote'));
+    await row.waitFor();
+    assert.ok(await chosen.evaluate((button) => button.isConnected && document.activeElement === button));
+    fs.rmSync(path.join(data, 'anew.mote'), {recursive: true});
+    await row.waitFor({state: 'detached'});
+    assert.ok(await chosen.evaluate((button) => button.isConnected && document.activeElement === button));
+});
 await thing('a dataset is chosen and drawn exactly', async () => {
     await dataset('beam').click();
     await exact(page);
@@ -319,7 +331,9 @@ await thing('statistics are those of mote-stats', async () => {
     await row.waitFor();
     const [line] = run('mote-stats', 'data/beam', '--spawn', `data=${data}`, '--steps', 0, '--json').toString().trim().split('\n');
     const expected = JSON.parse(line).norm_emit_x;
-    assert.ok(Math.abs(parseFloat(await row.locator('td').textContent()) / expected - 1) < 1e-4);
+    const [, number, prefix] = /^([\d.]+) ([kmµnp]?)m$/.exec(await row.locator('td').textContent());
+    const factor = {k: 1e3, '': 1, m: 1e-3, µ: 1e-6, n: 1e-9, p: 1e-12}[prefix];
+    assert.ok(Math.abs(number * factor / expected - 1) < 1e-4);
 });
 const lit = () => page.evaluate(() => {
     const canvas = document.querySelector('.plot');

@@ -2,7 +2,7 @@
 //
 // The list of datasets: what there is, a small picture of each, a search.
 import type {Catalogue_Entry} from './generated/protocol/mote_pb';
-import {amount, h, iconButton, tell} from './dom';
+import {amount, h, iconButton, setChildren, tell} from './dom';
 import {layerKinds, type Model} from './model';
 
 const kindNames: Record<string, string> = {
@@ -25,6 +25,14 @@ const orders: Record<string, (one: Catalogue_Entry, other: Catalogue_Entry) => n
     'size, largest first': (one, other) => Number(other.bytes - one.bytes),
 };
 
+/// The row of a dataset, which stays while a run grows, so that a click meets the button that it began on.
+interface Row {
+    entry: Catalogue_Entry;
+    readonly place: HTMLElement;
+    readonly choose: HTMLButtonElement;
+    readonly about: HTMLElement;
+}
+
 export class CatalogueList {
     /// Puts a small picture of a dataset into a canvas, some time.
     onThumbnail: (entry: Catalogue_Entry, place: HTMLCanvasElement) => void = () => {};
@@ -33,6 +41,7 @@ export class CatalogueList {
     private readonly order = h('select', {'aria-label': 'Sort by'},
                                ...Object.keys(orders).map((name) => h('option', {value: name}, `by ${name}`)));
     private readonly thumbnails = new Map<string, HTMLCanvasElement>();
+    private readonly rows = new Map<string, Row>();
 
     constructor(place: HTMLElement, private readonly model: Model) {
         this.search.addEventListener('input', () => this.draw());
@@ -47,9 +56,8 @@ export class CatalogueList {
             return layerKinds(entry.kind).length > 0 && words.every((word) => text.includes(word));
         });
         found.sort(orders[this.order.value]);
-        const none = this.model.catalogue.length > 0 ? 'Nothing is called so.' : 'There are no datasets here yet.';
-        this.list.replaceChildren(...found.map((entry) => this.item(entry)),
-                                  ...(found.length === 0 ? [h('li', {class: 'none'}, none)] : []));
+        const none = this.model.catalogue.length > 0 ? 'No dataset matches.' : 'There are no datasets here yet.';
+        setChildren(this.list, found.length > 0 ? found.map((entry) => this.show(entry)) : [h('li', {class: 'none'}, none)]);
         this.mark();
     }
 
@@ -64,17 +72,27 @@ export class CatalogueList {
         }
     }
 
-    private item(entry: Catalogue_Entry): HTMLElement {
+    private show(entry: Catalogue_Entry): HTMLElement {
+        const row = this.rows.get(entry.name) ?? this.row(entry);
+        this.rows.set(entry.name, row);
+        row.entry = entry;
+        row.choose.title = entry.title || entry.name;
+        row.about.textContent = aboutOf(entry);
+        return row.place;
+    }
+
+    private row(entry: Catalogue_Entry): Row {
         const act = (work: Promise<void>) => work.catch((error) => tell(String(error.message), true));
         const name = entry.name.slice(entry.name.indexOf('/') + 1);
-        const choose = h('button', {type: 'button', class: 'dataset', title: entry.title || entry.name,
-                                    onclick: () => act(this.model.open(entry))},
-                         this.thumbnail(entry), h('span', {class: 'name'}, name), h('span', {class: 'about'}, aboutOf(entry)));
-        const add = iconButton('plus', `Add ${name} to the picture`, () => act(this.model.add(entry)));
+        const about = h('span', {class: 'about'});
+        const choose = h('button', {type: 'button', class: 'dataset', onclick: () => act(this.model.open(row.entry))},
+                         this.thumbnail(entry), h('span', {class: 'name'}, name), about);
+        const add = iconButton('plus', `Add ${name} to the picture`, () => act(this.model.add(row.entry)));
         add.classList.add('add');
-        const item = h('li', {}, choose, add);
-        item.dataset.name = entry.name;
-        return item;
+        const place = h('li', {}, choose, add);
+        place.dataset.name = entry.name;
+        const row: Row = {entry, place, choose, about};
+        return row;
     }
 
     private thumbnail(entry: Catalogue_Entry): HTMLCanvasElement {

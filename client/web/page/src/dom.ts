@@ -75,6 +75,24 @@ export function trimmed(value: number, digits = 4): string {
     return String(Number(value.toPrecision(digits)));
 }
 
+const prefixes = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k'], [1, ''], [1e-3, 'm'], [1e-6, 'µ'], [1e-9, 'n'], [1e-12, 'p'], [1e-15, 'f']] as const;
+
+/// A number with its unit, which has a prefix that suits it: 2.5e-7 m is "250 nm".
+export function quantity(value: number, unit: string, digits = 5): string {
+    if (!Number.isFinite(value) || value === 0 || !['m', 's', 'eV', 'eV/c', 'C', 'rad'].includes(unit))
+        return `${trimmed(value, digits)} ${unit}`.trim();
+    const [factor, prefix] = prefixes.find(([least]) => Math.abs(value) >= least) ?? prefixes[prefixes.length - 1];
+    return `${trimmed(value / factor, digits)} ${prefix}${unit}`;
+}
+
+/// Gives a place these children. What is there in this order already stays: a press on it goes on, and so does focus.
+export function setChildren(place: Element, children: HTMLElement[]): void {
+    if (children.length === place.children.length && children.every((child, i) => child === place.children[i])) return;
+    const focused = document.activeElement;
+    place.replaceChildren(...children);
+    if (focused instanceof HTMLElement && place.contains(focused)) focused.focus({preventScroll: true});
+}
+
 let messageTimer = 0;
 
 /// A sentence for a while, also for those who hear the page.

@@ -3,7 +3,7 @@
 // Films, which the server makes as jobs while nobody looks: a turn of the view, or its steps; and all jobs that there
 // are, followed, cancelled, and what they made fetched.
 import {create, type MessageInitShape} from '@bufbuild/protobuf';
-import {amount, download, h, iconButton, tell} from './dom';
+import {amount, download, h, iconButton, setChildren, tell} from './dom';
 import {JobRequestSchema, JobStatus_State, type FilmPiece, type JobStatus, type MoveSchema} from
     './generated/protocol/mote_pb';
 import type {Model} from './model';
@@ -106,8 +106,8 @@ export class FilmPanel {
 
     private drawJobs(): void {
         const rows = [...this.rows.values()].sort((a, b) => Number(b.job.createdMs - a.job.createdMs));
-        this.list.replaceChildren(...rows.map(({place}) => place));
-        if (rows.length === 0) this.list.append(h('li', {class: 'note'}, 'There are none.'));
+        setChildren(this.list, rows.length > 0 ? rows.map(({place}) => place)
+                                               : [h('li', {class: 'note'}, 'There are none.')]);
     }
 
     private row(job: JobStatus): Row {

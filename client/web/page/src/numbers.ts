@@ -3,7 +3,7 @@
 // Numbers of the particles that are shown or selected: statistics, a histogram of one column or two, the particle that
 // was picked. They are asked for while their tab is seen, for the present step.
 import {create} from '@bufbuild/protobuf';
-import {amount, h, tell, trimmed} from './dom';
+import {amount, h, quantity, tell, trimmed} from './dom';
 import {colorMaps} from './generated/color_maps';
 import {PickQuerySchema, StatisticsQuerySchema, type Histogram, type Picked} from './generated/protocol/mote_pb';
 import {columnsOf} from './layers';
@@ -54,7 +54,7 @@ export class NumbersPanel {
         this.statistics.hidden = this.histogram.hidden = !particles;
         if (!this.model.layer || !particles) {
             this.statistics.hidden = false;
-            this.statistics.replaceChildren(h('p', {class: 'note'}, 'Numbers are of particles: choose such a dataset.'));
+            this.statistics.replaceChildren(h('p', {class: 'note'}, 'Only particles have numbers: choose a dataset of particles.'));
             return;
         }
         if (!columns.includes(this.columns[0])) this.columns = [columns[0] ?? '', ''];
@@ -110,8 +110,8 @@ export class NumbersPanel {
     private showStatistics(names: string[], values: number[]): void {
         const row = (name: string) => {
             const value = values[names.indexOf(name)];
-            const text = name.startsWith('n_') ? amount(value) : trimmed(value, 5);
-            return h('tr', {}, h('th', {scope: 'row'}, name), h('td', {}, `${text} ${statisticUnit(name)}`.trim()));
+            const text = name.startsWith('n_') ? amount(value) : quantity(value, statisticUnit(name));
+            return h('tr', {}, h('th', {scope: 'row'}, name), h('td', {}, text));
         };
         const known = names.filter((name) => Number.isFinite(values[names.indexOf(name)]));
         const begin = first.filter((name) => known.includes(name));
@@ -132,7 +132,7 @@ export class NumbersPanel {
         else this.drawBars(counts);
         const [a, b] = this.columns;
         const range = (column: string, edges: number[]) =>
-            `${column} ${trimmed(edge(edges, false), 3)} … ${trimmed(edge(edges, true), 3)} ${unitsOf[column] ?? ''}`;
+            `${column} ${[false, true].map((last) => quantity(edge(edges, last), unitsOf[column] ?? '', 3)).join(' … ')}`;
         const words = `${range(a, x)}${y ? `, ${range(b, y)}` : ''} · ${amount(Number(histogram.particles))} particles`;
         this.caption.textContent = words;
         this.plot.setAttribute('aria-label', `Histogram: ${words}`);

@@ -10,7 +10,7 @@ import {FilmPanel} from './films';
 import {Gestures} from './gestures';
 import {LayerPanels} from './layers';
 import type {PictureInfo} from './messages';
-import {Model} from './model';
+import {layerKinds, Model} from './model';
 import {NumbersPanel} from './numbers';
 import {Room} from './room';
 import {SelectionPanel} from './selection';
@@ -124,6 +124,15 @@ class Page {
         const room = Room.nameOf(location.hash);
         if (room) this.room = new Room(room, (view) => this.model.load(view).catch((error) => tell(error.message, true)));
         else await this.loadFragment();
+        await this.openOnlyOne();
+    }
+
+    /// Where there is nothing to choose from, nobody is asked to choose.
+    private async openOnlyOne(): Promise<void> {
+        const {catalogue, view, following} = this.model;
+        if (this.room || following || this.role === 'follower' || view.layers.length > 0 || catalogue.length !== 1) return;
+        if (layerKinds(catalogue[0].kind).length > 0)
+            await this.model.open(catalogue[0]).catch((error) => tell(String(error.message), true));
     }
 
     /// Shows what whoever changed their view last sees, until something is chosen here.
@@ -204,7 +213,7 @@ class Page {
         empty.hidden = this.model.view.layers.length > 0 || this.model.following;
         if (!empty.hidden)
             empty.replaceChildren(h('h2', {}, 'Choose a dataset'),
-                                  h('p', {}, 'It is drawn where it lies; only pictures come here.'));
+                                  h('p', {}, 'The server draws it; only pictures are sent here.'));
     }
 
     private watchSize(): void {
