@@ -192,10 +192,10 @@ class TileComposite {
           points_(points),
           dots_(dots),
           occupied_(occupiedSlabs(points, dots, frame.slabs)) {
-        const glm::dvec2 first(tile.column * Tile::edge, tile.row * Tile::edge);
+        constexpr std::uint32_t edge = Tile::edge;
         const bool seen = std::any_of(frame.fields.begin(), frame.fields.end(), [&](const auto& field) {
             return field.visible.seen.blocks != nullptr &&
-                   field.tiles.meets(first, first + (Tile::edge - 0.5));
+                   field.screen.meets(tile.column * edge, tile.row * edge, edge);
         });
         if (frame.smooth && seen && dots == nullptr) tellLattice();
     }

@@ -2,13 +2,11 @@
 #include "server/render/cpu/composite/composite_frame.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
-#include <utility>
 
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/resident_fields.h"
@@ -17,30 +15,19 @@
 namespace mote::render {
 namespace {
 
-/// Of a field's blocks of which something is seen; all tiles where any reaches behind the eye. `toScreen`:
-/// from the box.
-SeenTiles seenTiles(const FramePlan& plan, const VisibleBlocks& blocks, const BoxSpace& space,
-                    const glm::dmat4& toScreen) {
-    const double edge = 1U << blocks.edgeBits();
-    const glm::dvec4 first = toScreen * glm::dvec4(-space.shift / space.cells, 1.0);
-    std::array<glm::dvec4, 3> along;
-    for (int axis = 0; axis < 3; ++axis) along[axis] = toScreen[axis] * (edge / space.cells[axis]);
-    const glm::uvec3 count = blocks.count();
-    SeenTiles tiles(plan.width, plan.height, false);
-    for (std::size_t i = 0; i < std::size_t{count.x} * count.y * count.z; ++i) {
-        if (blocks.steps()[i] < VisibleBlocks::visible) continue;
-        const glm::dvec3 block(i % count.x, i / count.x % count.y, i / count.x / count.y);
-        glm::dvec2 low(std::numeric_limits<double>::infinity()), high = -low;
-        for (unsigned corner = 0; corner < 8; ++corner) {
-            const glm::dvec3 at = block + glm::dvec3(corner & 1U, corner >> 1 & 1U, corner >> 2 & 1U);
-            const glm::dvec4 place = first + at.x * along[0] + at.y * along[1] + at.z * along[2];
-            if (!(place.w > 0.0)) return {plan.width, plan.height, true};
-            low = glm::min(low, glm::dvec2(place) / place.w);
-            high = glm::max(high, glm::dvec2(place) / place.w);
-        }
-        tiles.add(low, high);
+/// The pixels around the box's projection; all there are where that is unbounded, since the box reaches
+/// behind the eye.
+PixelRange screenOf(const glm::dmat4& toScreen) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    constexpr double margin = 1.0;  // for rounding
+    PixelRange range{glm::dvec2(infinite), glm::dvec2(-infinite)};
+    for (unsigned i = 0; i < 8; ++i) {
+        const glm::dvec4 corner = toScreen * glm::dvec4(i & 1U, i >> 1 & 1U, i >> 2 & 1U, 1.0);
+        if (!(corner.w > 0.0)) return {glm::dvec2(-infinite), glm::dvec2(infinite)};
+        const glm::dvec2 at(corner.x / corner.w, corner.y / corner.w);
+        range = {glm::min(range.low, at - margin), glm::max(range.high, at + margin)};
     }
-    return tiles;
+    return range;
 }
 
 double meanSlab(const FramePlan& plan) {
@@ -168,38 +155,7 @@ std::uint8_t smoothIn(const FramePlan& plan, const std::vector<FrameField>& fiel
     return least >= 8.0 ? 4 : least >= 4.0 ? 2 : 1;
 }
 
-/// The tiles between two places, pixels, of so many.
-std::pair<std::uint32_t, std::uint32_t> tilesBetween(double low, double high, std::uint32_t count) {
-    const auto tile = [&](double pixel) {
-        return static_cast<std::uint32_t>(std::clamp(pixel / Tile::edge, 0.0, count - 1.0));
-    };
-    return {tile(low), tile(high)};
-}
-
 }  // namespace
-
-void SeenTiles::add(const glm::dvec2& low, const glm::dvec2& high) {
-    constexpr double margin = 1.0;  // for rounding
-    if (!(high.x + margin >= 0.0) || !(high.y + margin >= 0.0)) return;
-    if (!(low.x - margin <= static_cast<double>(across_ * Tile::edge)) ||
-        !(low.y - margin <= static_cast<double>(down_ * Tile::edge)))
-        return;
-    const auto [left, right] = tilesBetween(low.x - margin, high.x + margin, across_);
-    const auto [top, bottom] = tilesBetween(low.y - margin, high.y + margin, down_);
-    for (std::uint32_t row = top; row <= bottom; ++row)
-        std::fill_n(&seen_[std::size_t{row} * across_ + left], right - left + 1, std::uint8_t{1});
-}
-
-bool SeenTiles::meets(const glm::dvec2& low, const glm::dvec2& high) const {
-    const auto [left, right] = tilesBetween(low.x, high.x, across_);
-    const auto [top, bottom] = tilesBetween(low.y, high.y, down_);
-    for (std::uint32_t row = top; row <= bottom; ++row) {
-        const auto* const tiles = &seen_[std::size_t{row} * across_];
-        if (std::any_of(tiles + left, tiles + right + 1, [](std::uint8_t seen) { return seen != 0; }))
-            return true;
-    }
-    return false;
-}
 
 CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
                                const std::vector<VisibleField>& visible, const FrameColors& colors)
@@ -224,12 +180,10 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
     for (std::size_t i = 0; i < plan.fields.size(); ++i) {
         const FieldPlan& field = plan.fields[i];
         fields.push_back({.rays = raysOf(plan, field.boxToEye),
-                          .tiles = {},
+                          .screen = screenOf(boxToScreen(plan, field.boxToEye)),
                           .space = spaceOf(plan, field, visible[i], cellByCell ? 1.0 : samplesPerCell),
                           .visible = visible[i]});
         FrameField& made = fields.back();
-        if (const auto* const blocks = visible[i].seen.blocks)
-            made.tiles = seenTiles(plan, *blocks, made.space, boxToScreen(plan, field.boxToEye));
         if (field.grid() != nullptr)
             made.grid = gridSamples(*field.grid(), visible[i].seen, made.space.cells);
     }

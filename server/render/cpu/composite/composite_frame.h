@@ -15,7 +15,6 @@
 
 #include "protocol/scene/hybrid_style.h"
 #include "server/render/cpu/resident_fields.h"
-#include "server/render/cpu/tile.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
 #include "server/render/plan/pixel_colors.h"
@@ -33,25 +32,14 @@ struct BoxSpace {
     std::span<const HalfSpace> clips = {};  ///< in the box: nothing is seen outside of any
 };
 
-/// Where in the picture something of a field may be seen, by tile. A value.
-class SeenTiles {
-  public:
-    SeenTiles() = default;
-    /// All tiles of a picture, or none.
-    SeenTiles(std::uint32_t width, std::uint32_t height, bool seen)
-        : across_(tilesAcross(width)),
-          down_(tilesAcross(height)),
-          seen_(std::size_t{across_} * down_, seen ? 1 : 0) {}
+/// Pixels, from the picture's upper left corner; may reach beyond it.
+struct PixelRange {
+    glm::dvec2 low, high;
 
-    /// Pixels, from the picture's upper left corner, and those around them to within one; may reach beyond
-    /// it.
-    void add(const glm::dvec2& low, const glm::dvec2& high);
-    /// Whether a ray between two places, pixels likewise, may meet anything that is seen.
-    bool meets(const glm::dvec2& low, const glm::dvec2& high) const;
-
-  private:
-    std::uint32_t across_ = 0, down_ = 0;
-    std::vector<std::uint8_t> seen_;
+    /// Whether a square of pixels may touch it.
+    bool meets(double x, double y, double edge) const {
+        return x <= high.x && y <= high.y && x + edge >= low.x && y + edge >= low.y;
+    }
 };
 
 /// Points of one look.
@@ -85,8 +73,8 @@ struct GridSamples {
 
 /// A field as rays go through it. Its format is told once a ray segment: densities, or samples with normals.
 struct FrameField {
-    RayMap rays;  ///< by mean slabs, see FrameSection
-    SeenTiles tiles;
+    RayMap rays;        ///< by mean slabs, see FrameSection
+    PixelRange screen;  ///< outside of which no ray meets the box
     BoxSpace space;
     VisibleField visible;               ///< its blocks are null where nothing of it is seen
     std::optional<GridSamples> grid{};  ///< none: of densities

@@ -113,10 +113,11 @@ void Packet::setRays(const CompositeFrame& frame, const PacketPlaces& places) {
         low = glm::min(low, place);
         high = glm::max(high, place);
     }
+    const double edge = std::max(high.x - low.x, high.y - low.y);
     for (std::size_t f = 0; f < frame.fields.size(); ++f) {
         const FrameField& field = frame.fields[f];
         rays[f].meets = false;
-        if (field.visible.seen.blocks == nullptr || !field.tiles.meets(low, high)) continue;
+        if (field.visible.seen.blocks == nullptr || !field.screen.meets(low.x, low.y, edge)) continue;
         rays[f].aim(frame, field.rays, places, field.space);
         if (!rays[f].meets) continue;
         anyHit = true;
