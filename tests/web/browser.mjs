@@ -85,6 +85,8 @@ export function start(begin, name, ...words) {
     });
 }
 
+const packet = 1448;  // bytes, of TCP over Ethernet
+
 /// A line of so many bytes a second that takes so long each way, ms, before the gateway: its port.
 export function thinLine(port, rate, delay) {
     const server = net.createServer((near) => {
@@ -100,7 +102,14 @@ export function thinLine(port, rate, delay) {
             };
             from.on('data', (bytes) => {
                 const now = performance.now();
-                free = Math.max(free, now) + bytes.length / rate * 1000;
+                free = Math.max(free, now);
+                const waits = way.length > 0;
+                // Packet by packet: the first byte of many is there before the last.
+                for (let begin = 0; begin < bytes.length; begin += packet) {
+                    const piece = bytes.subarray(begin, begin + packet);
+                    free += piece.length / rate * 1000;
+                    way.push({bytes: piece, at: free + delay});
+                }
                 held += bytes.length;
                 // A short queue, as of a router: then it is not read from any more.
                 if (held > rate * 0.05) from.pause();
@@ -108,8 +117,7 @@ export function thinLine(port, rate, delay) {
                     held -= bytes.length;
                     from.resume();
                 }, free - now);
-                way.push({bytes, at: free + delay});
-                if (way.length === 1) setTimeout(arrive, way[0].at - now);
+                if (!waits) setTimeout(arrive, way[0].at - now);
             });
             from.on('close', () => setTimeout(() => to.destroy(), delay));
             from.on('error', () => to.destroy());
