@@ -2,6 +2,7 @@
 //
 // Prints what docs/WEB.md says of the page's speed; no test. DATASET is ROOT/NAME below DATA.
 //   node measure.mjs BIN PACKAGES DATA DATASET [SECONDS]
+// DATA holds another dataset as well: an only one opens by itself, before it is asked for.
 import {exact, later, launch, start, thinLine, tidy} from './browser.mjs';
 
 const [data, dataset, seconds = '8'] = process.argv.slice(4);
