@@ -151,7 +151,7 @@ TEST_F(MotePrep, WhatCannotBeIsOneSentence) {
     ProcessOptions small;
     small.fileSizeLimit = 5000;
     expectFailure(particles("a.mote"), EX_TEMPFAIL, {"a.mote", "File too large"}, small);
-    expectFailure({"info", path("plots")}, 1, {"manifest.json"});
+    expectFailure({"info", path("plots")}, 1, {"is no dataset", "NAME.mote"});
     expectFailure({"export", path("plots"), "--vdb", path("a.vdb")}, 1, {"manifest.json"});
     ASSERT_EQ(run(particles("a.mote")).status, 0);
     expectFailure(particles("a.mote"), 1, {"exists already"});
