@@ -48,9 +48,9 @@ struct ServerCommand {
 /// killed. Main thread.
 class PrivateServer {
   public:
-    /// Starts one and waits until it is ready. Its folder's name begins with `owner`; what owners of this name
-    /// left when they were killed, a day ago or earlier, is removed first. Errors: notFound (no program),
-    /// internal with what the server said, cancelled (interrupted).
+    /// Starts one and waits until it is ready. Its folder's name begins with `owner`; what owners of this
+    /// name left when they were killed, a day ago or earlier, is removed first. Errors: notFound (no
+    /// program), internal with what the server said, cancelled (interrupted).
     static Result<std::unique_ptr<PrivateServer>> start(std::string_view owner, const ServerCommand& command,
                                                         const Interrupt& interrupt);
     /// The same in two parts, between which it starts by itself.
