@@ -67,7 +67,8 @@ TEST_F(Openpmd, choosesASpecies) {
     EXPECT_THAT(errorOf({folder / "run.h5"}), HasSubstr("choose one with --species: electrons, ions"));
     proto::ParticlesJob job;
     job.set_species("muons");
-    EXPECT_THAT(errorOf({folder / "run.h5"}, job), HasSubstr("holds no species 'muons', but electrons, ions"));
+    EXPECT_THAT(errorOf({folder / "run.h5"}, job),
+                HasSubstr("holds no species 'muons', but electrons, ions"));
     job.set_species("ions");
     MOTE_OPEN(ions, {folder / "run.h5"}, progress, job);
     EXPECT_THAT(column(*ions, 0, Column::x), near({0.006, 0.007, 0.008}));
