@@ -23,7 +23,14 @@ double Camera::halfHeight() const {
 namespace {
 
 constexpr double nothingYet = -std::numeric_limits<double>::infinity();
-constexpr int ofPicture = 6;  // directions that are the picture's
+constexpr std::size_t slopes = 4;  // of planes through the eye, as shares of the picture's own
+constexpr std::size_t nearest = 4 * slopes;
+constexpr int ofPicture = nearest + 2;  // directions that are the picture's
+constexpr double leastDistance = 0.05;  // of the eye from the nearest place, as a share of the depth
+
+double slope(std::size_t i) {
+    return 1.0 - static_cast<double>(i) / (slopes - 1);
+}
 
 }  // namespace
 
@@ -33,12 +40,15 @@ CameraFit::CameraFit(const Outlook& outlook, double aspect, double margin) : up_
     axes_ = {right, glm::cross(back, right), back};
     tanY_ = Camera{}.halfHeight() * (1.0 - 2.0 * margin);
     tanX_ = tanY_ * aspect;
-    world_ = {-right + tanX_ * back,
-              right + tanX_ * back,
-              -axes_[1] + tanY_ * back,
-              axes_[1] + tanY_ * back,
-              back,
-              -back};
+    for (std::size_t i = 0; i < slopes; ++i) {
+        const glm::dvec3 outX = slope(i) * tanX_ * back, outY = slope(i) * tanY_ * back;
+        world_[4 * i] = -right + outX;
+        world_[4 * i + 1] = right + outX;
+        world_[4 * i + 2] = -axes_[1] + outY;
+        world_[4 * i + 3] = axes_[1] + outY;
+    }
+    world_[nearest] = back;
+    world_[nearest + 1] = -back;
     most_.fill(nothingYet);
     enter(glm::dmat4(1.0));
     unit_ = 0.0;
@@ -90,19 +100,34 @@ std::optional<Bounds> CameraFit::inLayer() const {
     return Bounds{{-box[0], -box[2], -box[4]}, {box[1], box[3], box[5]}};
 }
 
+/// Where an eye at height z has as much room on one side, 0 or 2, as on the other. Between two slopes a plane
+/// that touches from outside is at most as far out as their mean: what is found there is exact at the slopes.
+double CameraFit::middle(std::size_t side, double tangent, double z) const {
+    const auto sums = [&](std::size_t i) { return most_[4 * i + side] + most_[4 * i + side + 1]; };
+    const auto room = [&](std::size_t i) { return 2.0 * slope(i) * tangent * z - sums(i); };
+    std::size_t inner = 1;
+    while (inner + 1 < slopes && room(inner) > 0.0) ++inner;
+    const double wide = room(inner - 1), narrow = room(inner);
+    const double share = narrow < 0.0 && wide > narrow ? std::clamp(wide / (wide - narrow), 0.0, 1.0) : 1.0;
+    const auto at = [&](std::size_t i) { return 0.5 * (most_[4 * i + side + 1] - most_[4 * i + side]); };
+    return at(inner - 1) + share * (at(inner) - at(inner - 1));
+}
+
 /// With the eye at (x, y, z) of right, above and back, a side's plane holds a place (p, q, r) where
 /// |p - x| <= tanX (z - r) and |q - y| <= tanY (z - r): each side asks for one sum of coordinates alone.
 Camera CameraFit::camera() const {
     Camera camera;
     if (empty()) return camera;
     const double left = most_[0], right = most_[1], lower = most_[2], upper = most_[3];
-    const double near = most_[4], far = -most_[5];
-    const double middle = 0.5 * (near + far);
-    const double z = std::max((left + right) / (2.0 * tanX_), (lower + upper) / (2.0 * tanY_));
-    const glm::dvec3 eye(0.5 * (right - left), 0.5 * (upper - lower), z);
+    const double near = most_[nearest], far = -most_[nearest + 1];
+    const double depth = 0.5 * (near + far);
+    // Along what is long and thin all sides may touch the nearest place alone: the eye keeps away from it.
+    const double z = std::max({(left + right) / (2.0 * tanX_), (lower + upper) / (2.0 * tanY_),
+                               near + leastDistance * (near - far)});
+    const glm::dvec3 eye(middle(0, tanX_, z), middle(2, tanY_, z), z);
     // What is a point is looked at from as near as its place can still be told from the eye's.
-    const double away = std::max(z - middle, 1e-6 * unit_ + 2.0 * leastSight(eye));
-    camera.target = axes_ * glm::dvec3(eye.x, eye.y, middle);
+    const double away = std::max(z - depth, 1e-6 * unit_ + 2.0 * leastSight(eye));
+    camera.target = axes_ * glm::dvec3(eye.x, eye.y, depth);
     camera.eye = camera.target + away * axes_[2];
     camera.up = up_;
     return camera;

@@ -68,7 +68,7 @@ class CameraFit {
     void add(const Bounds& box);
     /// How much farther out a box reaches than anything before along direction i: above 0, places in it may
     /// count.
-    static constexpr int directions = 12;
+    static constexpr int directions = 24;
     double reach(int i, const Bounds& box) const;
     double reach(const Bounds& box) const;
 
@@ -79,10 +79,13 @@ class CameraFit {
     Camera camera() const;
 
   private:
+    double middle(std::size_t side, double tangent, double z) const;
+
     double tanX_, tanY_;
     glm::dmat3 axes_;  // right, above, back
     glm::dvec3 up_;
-    // The picture's left, right, lower and upper side, near and far; then those of the layer's box.
+    // Of each slope, from the picture's sides to none: left, right, lower and upper side; near and far; then
+    // the sides of the layer's box.
     std::array<glm::dvec3, directions> world_, normals_;
     std::array<double, directions> offsets_{}, most_{};
     double unit_ = 0.0;  // the greatest length of 1 of the layers, world

@@ -109,6 +109,49 @@ TEST(Camera, FitsPlacesAndNotTheirBox) {
     }
 }
 
+/// Ellipsoids, flat and long and lopsided: what is seen lies in the middle of the picture, across and
+/// upright.
+TEST(Camera, FittedPlacesLieInTheMiddleOfThePicture) {
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    const auto vector = [&] { return glm::dvec3(number(random), number(random), number(random)); };
+    double sum = 0.0;
+    constexpr int clouds = 400;
+    for (int i = 0; i < clouds; ++i) {
+        const glm::dvec3 size = glm::pow(glm::dvec3(10.0), vector());
+        const double aspect = std::exp(number(random));
+        CameraFit fit({vector(), vector()}, aspect);
+        std::vector<glm::dvec3> places;
+        while (places.size() < 300)
+            if (const glm::dvec3 at = vector(); glm::length(at) < 1.0)
+                places.push_back(size * (places.size() % 3 == 0 ? at * glm::dvec3(1.0, 0.3, 1.0) : at));
+        for (const auto& place : places) fit.add(place);
+        const Camera camera = fit.camera();
+        glm::dvec2 least(1.0), most(-1.0);
+        for (const auto& place : places) {
+            const auto at = onScreen(camera, place, aspect);
+            ASSERT_GT(glm::dot(camera.eye - place, camera.eye - camera.target), 0.0);
+            least = glm::min(least, at);
+            most = glm::max(most, at);
+        }
+        const glm::dvec2 off = glm::abs(0.5 * (least + most));
+        const double share = 1.0 - 2.0 * CameraFit::usualMargin;
+        EXPECT_LE(std::max({most.x, most.y, -least.x, -least.y}), share + 1e-9);
+        EXPECT_LT(std::max(off.x, off.y), 0.1);
+        sum += std::max(off.x, off.y);
+    }
+    EXPECT_LT(sum / clouds, 0.01);
+}
+
+/// All sides touch the nearest end of a long line that is looked along: the eye does not lie on it.
+TEST(Camera, FittedAlongALineKeepsAwayFromIt) {
+    CameraFit fit({{0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}}, 1.5);
+    for (int i = 0; i <= 100; ++i) fit.add(glm::dvec3(0.0, 0.0, 10.0 * i));
+    const Camera camera = fit.camera();
+    EXPECT_NEAR(camera.eye.z, 1050.0, 1.0);
+    EXPECT_LT(camera.target.z, 1000.0);
+}
+
 TEST(Camera, ABoxThatReachesNoFartherNeedsNotBeLookedInto) {
     CameraFit fit({}, 1.5);
     EXPECT_TRUE(fit.empty());
