@@ -97,7 +97,8 @@ class Live(BeamCase):
             live = self.show(height=300)
         frame, still = shown
         self.assertIn(f'src="{live.url}"', frame._repr_html_())
-        self.assertIn("height:300px", frame._repr_html_())
+        self.assertIn('"300px"', frame._repr_html_())
+        self.assertIn("height:0", frame._repr_html_(), "a saved notebook has no hole where its page does not come any more")
         self.assertEqual(still.size, (320, 200))
         self.assertFalse(hasattr(live, "_repr_html_"), "the frame is shown once")
 

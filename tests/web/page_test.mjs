@@ -521,6 +521,12 @@ await thing('two pages of a room, as of a notebook, share a view', async () => {
     await one.locator('#stage').press('ArrowRight');
     await one.waitForTimeout(2000);
     assert.ok(puts <= 2, `${puts} views were put for a key`);
+    // A frame tells the page around it that it is there.
+    await one.route('**/around', (route) => route.fulfill({contentType: 'text/html', body:
+        '<script>addEventListener("message", ({source, data}) => source === frames[0] && (window.told = data))</script>' +
+        `<iframe src="./#room=${room}"></iframe>`}));
+    await one.goto(new URL('around', page.url()).href);
+    await one.waitForFunction(() => window.told === 'mote-room');
     await Promise.all([one.close(), two.close()]);
 });
 await thing('a proxy keeps the path, and one strips it', async () => {

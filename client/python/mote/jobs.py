@@ -57,8 +57,8 @@ class _Bar:
     """A line of text that is written over; on a terminal or in a notebook."""
 
     def __init__(self, wanted: Optional[bool], stream: Optional[IO[str]] = None) -> None:
-        self._stream = stream or sys.stderr
         notebook = "ipykernel" in sys.modules
+        self._stream = stream or (sys.stdout if notebook else sys.stderr)  # notebooks show stderr on red
         self._shown = wanted if wanted is not None else notebook or self._stream.isatty()
         self._length = 0
 

@@ -186,14 +186,22 @@ def _display(outputs: List[Any]) -> None:
 
 
 class _Frame:
-    """The cell's frame, by itself."""
+    """The cell's frame, by itself. It has no height until its page says that it is there: a saved notebook shows no hole."""
 
     def __init__(self, url: str, height: int) -> None:
         self._url, self._height = url, height
 
     def _repr_html_(self) -> str:
-        return (f'<iframe src="{html.escape(self._url)}" title="Mote" allow="clipboard-write; fullscreen" '
-                f'style="width:100%;height:{self._height}px;border:0;border-radius:8px"></iframe>')
+        name = f"mote-{self._url.rpartition('=')[2]}"
+        return (f'<iframe id="{name}" src="{html.escape(self._url)}" title="Mote" allow="clipboard-write; fullscreen" '
+                'style="display:block;width:100%;height:0;border:0;border-radius:8px"></iframe>'
+                '<script>addEventListener("message", ({source, data}) => {'
+                f'const frame = document.getElementById("{name}");'
+                'if (frame && source === frame.contentWindow && data === "mote-room") '
+                f'frame.style.height = "{self._height}px";}});</script>')
+
+    def __repr__(self) -> str:
+        return f"<mote.Live frame of {self._url.partition('?')[0]}>"
 
 
 _webs: weakref.WeakKeyDictionary[Session, Web] = weakref.WeakKeyDictionary()
@@ -206,6 +214,6 @@ def show(view: View, height: int, program: Optional[str], host: str) -> Live:
         web = _webs[session] = Web(session.connection.file, program, host)
         session.connection.at_close.append(web.close)
     live = Live(view, web)
-    # The picture stays in the saved notebook, where the frame is empty.
+    # The picture stays in the saved notebook when the frame has nothing to show any more.
     _display([_Frame(live.url, height), view.render()])
     return live

@@ -20,6 +20,8 @@ export class Room {
 
     constructor(name: string, private readonly show: (view: View) => Promise<void>) {
         this.url = new URL(`room/${name}`, document.baseURI);
+        // A notebook gives the frame its height now: where no page comes, its cell has no hole.
+        if (parent !== window) parent.postMessage('mote-room', '*');
         void this.listen();
     }
 
