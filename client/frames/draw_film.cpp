@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <set>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "protocol/scene/complain.h"
 #include "protocol/scene/film/film_job.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
 
 namespace mote::client {
 namespace {
@@ -368,23 +371,78 @@ Result<std::optional<proto::Camera>> fittedCamera(PictureServer& server, proto::
     }
 }
 
+struct StepRange {
+    std::uint32_t first = 0, last = 0;
+};
+
+/// The steps that moves play of a layer; none where they play none, or some that are not there.
+std::optional<StepRange> playedSteps(const proto::Script& script, const proto::Layer& layer,
+                                     const FilmDatasets& datasets) {
+    std::optional<StepRange> range;
+    const auto steps = static_cast<std::uint32_t>(datasets.at(layer.dataset()).steps);
+    for (const auto& move : script.moves()) {
+        const auto& play = move.play_steps();
+        const bool ours = play.dataset().empty() || play.dataset() == layer.dataset();
+        if (!move.has_play_steps() || !ours) continue;
+        const auto [low, high] = std::minmax({play.from(), play.to()});
+        if (high >= steps) return std::nullopt;
+        if (!range) range = StepRange{low, high};
+        *range = {std::min(range->first, low), std::max(range->last, high)};
+    }
+    return range;
+}
+
+/// What the beginning of a film shows and, beside it, steps that its moves play: as many, evenly among them,
+/// as a view has layers for. A camera that is fitted to it sees the film, not its beginning alone.
+proto::View withPlayedSteps(const proto::Script& script, const FilmDatasets& datasets) {
+    auto view = script.view();
+    std::vector<std::pair<int, StepRange>> played;
+    for (int i = 0; i < script.view().layers_size(); ++i) {
+        if (const auto range = playedSteps(script, script.view().layers(i), datasets))
+            played.emplace_back(i, *range);
+    }
+    if (played.empty()) return view;
+    const auto each = (View::maxLayers - view.layers_size()) / static_cast<int>(played.size());
+    for (const auto& [index, range] : played) {
+        const auto& layer = script.view().layers(index);
+        std::set<std::uint32_t> shown{layer.step()};
+        // The last step comes first, unless the beginning shows it: it may be the only one that has a place.
+        const double from = layer.step() == range.last ? range.first : range.last;
+        const double to = layer.step() == range.last ? range.last : range.first;
+        for (int k = 0; k < each; ++k) {
+            const double step = from + (to - from) * k / std::max(each - 1, 1);
+            if (!shown.insert(static_cast<std::uint32_t>(std::lround(step))).second) continue;
+            auto& more = *view.add_layers();
+            more = layer;
+            more.set_step(static_cast<std::uint32_t>(std::lround(step)));
+            more.clear_towards();
+        }
+    }
+    return view;
+}
+
 /// A film of which a keyframe, or the beginning, leaves the camera out looks from where a picture of that
-/// view does: its server knows what is shown.
+/// view does, and of all steps that it plays: its server knows what is shown.
 Status fitFilm(PictureServer& server, proto::Script& script, const FilmDatasets& datasets, Wakeup& wakeup,
                const Interrupt& interrupt) {
-    const auto fit = [&](proto::View& view) -> Status {
-        // What is wrong with a view is told with its place, before anything is drawn.
-        if (view.has_camera() || view.layers().empty() || !checkDatasets(view, datasets).ok())
-            return success();
-        MOTE_ASSIGN_OR_RETURN(const auto camera, fittedCamera(server, view, wakeup, interrupt));
+    // What is wrong with a view is told with its place, before anything is drawn.
+    const auto wanted = [&](const proto::View& view) {
+        return !view.has_camera() && !view.layers().empty() && checkDatasets(view, datasets).ok();
+    };
+    const auto fit = [&](proto::View& view, const proto::View& shown) -> Status {
+        MOTE_ASSIGN_OR_RETURN(const auto camera, fittedCamera(server, shown, wakeup, interrupt));
         if (camera) *view.mutable_camera() = *camera;
         return success();
     };
     for (int i = 0; i < script.keyframes_size(); ++i) {
-        MOTE_RETURN_IF_ERROR(fit(*script.mutable_keyframes(i)->mutable_view()),
-                             fmt::format("keyframes[{}].view", i));
+        auto& view = *script.mutable_keyframes(i)->mutable_view();
+        if (wanted(view)) MOTE_RETURN_IF_ERROR(fit(view, view), fmt::format("keyframes[{}].view", i));
     }
-    if (script.moves_size() > 0) MOTE_RETURN_IF_ERROR(fit(*script.mutable_view()), "view");
+    if (script.moves_size() == 0 || !wanted(script.view())) return success();
+    auto& view = *script.mutable_view();
+    // Where the server cannot hold several steps at once, the beginning decides.
+    if (fit(view, withPlayedSteps(script, datasets)).ok()) return success();
+    MOTE_RETURN_IF_ERROR(fit(view, view), "view");
     return success();
 }
 

@@ -75,7 +75,7 @@ class Looking(BeamCase):
         self.assertLessEqual(int(difference.max()), 1)
 
     def test_a_script_is_its_views(self):
-        view = mote.View(self.ds, size=(64, 64))
+        view = mote.View(self.ds, size=(64, 64)).fit(range(3))
         frames = [image.array for image in mote.Script.steps(view, range(3)).frames()]
         for step in range(3):
             np.testing.assert_array_equal(frames[step], view.replace(step=step).render().array)

@@ -30,8 +30,10 @@ class Script:
 
     @classmethod
     def steps(cls, view: View, steps: Iterable[int]) -> Script:
-        """The same view of several steps."""
-        return cls(view.replace(step=step) for step in steps)
+        """The same view of several steps, from one camera: where the view has none, one that sees them all."""
+        chosen = list(steps)
+        still = view if len(chosen) < 2 or view.message.HasField("camera") else view.fit(chosen)
+        return cls(still.replace(step=step) for step in chosen)
 
     def to_dict(self) -> Dict[str, Any]:
         """The script as its JSON."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 
 from . import arguments, wire
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _STYLES = {"particles": "particles", "hybrid": "hybrid", "stipple": "stipple", "mesh": "mesh", "image": "image"}
 _KINDS = ("particles", "hybrid", "stipple", "ink", "mesh", "image")
 _DOCUMENTS = {".svg": 1, ".eps": 2, ".pdf": 3}  # Page.Format
+MAX_LAYERS = 8  # of a view
 _ALL_ANNOTATIONS = {"axes": True, "colorBar": True, "scaleBar": True, "labels": True}
 
 
@@ -175,6 +176,28 @@ class View:
             plain["layers"] = [{field: layer[field] for field in layer if field != "towards"} for layer in layers]
         return View.from_dict(self._session, {**plain, **fields})
 
+    def fit(self, steps: Iterable[int] = ()) -> View:
+        """The same view with the camera of one that has none: it sees all that the layers show, also in these steps.
+
+        With many steps, as many as a view has layers for decide, evenly among them.
+        """
+        message: Message = new("View")
+        message.CopyFrom(self._message)
+        message.ClearField("camera")
+        counts = {name: len(self._session[name]) for name in {layer.dataset for layer in message.layers}}
+        moving = [layer for layer in self._message.layers if counts[layer.dataset] > 1]
+        chosen = list(steps)
+        places = (MAX_LAYERS - len(message.layers)) // max(len(moving), 1)
+        for layer in moving:
+            for step in _evenly(sorted({arguments.one_step(step, counts[layer.dataset]) for step in chosen}), places):
+                more = message.layers.add()
+                more.CopyFrom(layer)
+                more.step = step
+                more.ClearField("towards")
+        fitted = View.from_dict(self._session, to_dict(message))
+        answer, _ = self._session.connection.collect(fitted.submit())[-1]
+        return self.replace(camera=to_dict(answer.frame.camera)) if answer.frame.HasField("camera") else self
+
     @property
     def message(self) -> Message:
         """The view as a message of the schema."""
@@ -278,6 +301,13 @@ class View:
     def __repr__(self) -> str:
         names = ", ".join(f"{layer.dataset}[{layer.step}]" for layer in self._message.layers)
         return f"<mote.View {self._message.width} x {self._message.height} of {names}>"
+
+
+def _evenly(values: List[int], most: int) -> List[int]:
+    """The last of them, and others evenly before it."""
+    if len(values) <= most:
+        return values
+    return [values[-1 - (i * (len(values) - 1)) // max(most - 1, 1)] for i in range(most)]
 
 
 def _layers(dataset: Union[Dataset, Layer, Sequence[Layer]], step: int, options: Dict[str, Any]) -> List[Layer]:
