@@ -75,7 +75,10 @@ void declareServers(const cli::Command& app, RawOptions& raw) {
 
 void declareSheet(const cli::Command& app, RawOptions& raw) {
     const auto sheet = app.group("sheet", "Of svg, eps and pdf");
-    sheet.option("--page", raw.page, "Size in mm; default: 96 pixels an inch").valueName("WIDTHxHEIGHT");
+    sheet
+        .option("--page", raw.page,
+                "Size in mm; default: as wide as the view's printWidth, or 96 pixels an inch")
+        .valueName("WIDTHxHEIGHT");
     sheet.option("--margin", raw.margin, "On each side, mm").valueName("MM");
     sheet.option("--dot", raw.dot, "Diameter of the largest dots, mm; default: as in the picture")
         .valueName("MM");

@@ -13,6 +13,13 @@ namespace {
 /// Others have seen a picture by then.
 constexpr std::chrono::seconds suspectDelay{1};
 
+/// A sheet whose size nobody gives is as wide as the view says it will be printed.
+void printedWide(const proto::Annotations& annotations, Page& page) {
+    const double width = annotations.print_width() + 2.0 * page.margin;
+    if (page.width == 0.0 && page.height == 0.0 && annotations.has_print_width() && width <= Page::maxSide)
+        page.width = width;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::SetView& message) {
@@ -26,6 +33,7 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
         const auto parsed = parsePage(message.page());
         if (!parsed.ok()) return parsed.error().within("page");
         page = *parsed;
+        printedWide(message.view().annotations(), *page);
     }
     auto view = parseView(message.view());
     if (!view.ok()) return view.error().within("view");

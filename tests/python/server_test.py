@@ -83,7 +83,19 @@ class Looking(BeamCase):
     def test_a_document(self):
         path = self.plots / "paper.svg"
         mote.View(self.ds, size=(64, 64)).save(path, width=40)
-        self.assertIn(b"<svg", path.read_bytes()[:400])
+        self.assertIn(b'width="40mm"', path.read_bytes()[:400])
+
+    def test_a_document_is_as_wide_as_the_view_says_it_is_printed(self):
+        path = self.plots / "paper.svg"
+        view = mote.View(self.ds, size=(80, 60), annotations={"axes": True, "printWidth": 86})
+        view.save(path)
+        self.assertIn(b'width="86mm" height="64.5mm"', path.read_bytes()[:400])
+        view.save(path, margin=7)
+        self.assertIn(b'width="100mm" height="78.5mm"', path.read_bytes()[:400])
+        view.save(path, height=30)
+        self.assertIn(b'width="40mm" height="30mm"', path.read_bytes()[:400])
+        mote.View(self.ds, size=(96, 48), annotations=True).save(path)  # an inch
+        self.assertIn(b'width="25.4mm" height="12.7mm"', path.read_bytes()[:400])
 
     def test_a_view_that_the_server_refuses(self):
         fields = mote.View(self.ds, size=(64, 64)).to_dict()

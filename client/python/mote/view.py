@@ -268,7 +268,7 @@ class View:
 
         Args:
             path: the file.
-            width, height: of a document's sheet, mm; 0: as the picture has them at 96 pixels an inch.
+            width, height: of a document's sheet, mm; 0: as wide as annotations.printWidth, or else 96 pixels an inch.
             margin: of a document's sheet on each side, mm.
             dot: diameter of the largest dots, mm; 0: as the picture has them.
             options: of Pillow's save(), of pixels.
