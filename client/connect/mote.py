@@ -65,11 +65,12 @@ class Failure(Exception):
 
 
 def program(name):
-    """Mote's program of that name: beside this one, else in PATH."""
+    """The program of that name: of Mote's the one beside this, else the one in PATH."""
     beside = pathlib.Path(__file__).resolve().parent / name
-    found = str(beside) if beside.is_file() else shutil.which(name)
+    found = str(beside) if name.startswith("mote-") and beside.is_file() else shutil.which(name)
     if found is None:
-        raise Failure(f"{name} is not installed: it is neither beside this program nor in PATH")
+        also = "neither beside this program nor" if name.startswith("mote-") else "not"
+        raise Failure(f"{name}: there is no such program: it is {also} in PATH")
     return found
 
 
@@ -90,6 +91,19 @@ class Tunnel:
 
     def close(self):
         self._run("-O", "exit", self._node, stderr=subprocess.DEVNULL)
+
+    def leads_nowhere(self, address):
+        """Whether ssh finds nobody at the end of a way that it has opened: it ends such a line at once."""
+        unix = address.startswith("unix:")
+        with socket.socket(socket.AF_UNIX if unix else socket.AF_INET) as line:
+            line.settimeout(PATIENCE / 4)
+            try:
+                line.connect(address[5:] if unix else ("127.0.0.1", int(address.rpartition(":")[2])))
+                return line.recv(1) == b""
+            except TimeoutError:
+                return False  # whoever listens there waits for us
+            except OSError:
+                return True
 
     def read(self, places):
         """The first of some files there."""
@@ -151,12 +165,9 @@ def connection_here(text, folder, tunnel):
 
 
 def command_of(words, file):
-    """The command with its connection file; the viewer where there is none."""
-    if not words:
-        return [program("mote-view"), "--connect", str(file)]
-    first = program(words[0]) if words[0].startswith("mote-") else words[0]
+    """The command with its connection file."""
     more = [] if "--connect" in words or not words[0].startswith("mote-") else ["--connect", str(file)]
-    return [first, *words[1:], *more]
+    return [program(words[0]), *words[1:], *more]
 
 
 def connect(options):
@@ -164,6 +175,8 @@ def connect(options):
     ssh = shlex.split(options.ssh)
     if shutil.which(ssh[0]) is None:
         raise Failure(f"{ssh[0]} is not installed (Debian: openssh-client)")
+    words = options.command or ["mote-view"]
+    program(words[0])  # before anybody is asked for a password
     # A path of a socket has 107 bytes at most: not beneath a folder that may be deep.
     base = os.environ.get("XDG_RUNTIME_DIR") or "/tmp"
     with tempfile.TemporaryDirectory(prefix="mote-", dir=base) as name, contextlib.ExitStack() as last:
@@ -172,13 +185,17 @@ def connect(options):
         tunnel.open()
         last.callback(tunnel.close)
         file = connection_here(tunnel.read([options.file] if options.file else PLACES), folder, tunnel)
-        command = command_of(options.command, file)
+        command = command_of(words, file)
         # Of Ctrl-C it is told itself.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         process = subprocess.Popen(command, env={**os.environ, "MOTE_CONNECTION": str(file)},
                                    preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
         signal.signal(signal.SIGTERM, lambda *_: process.terminate())
         code = process.wait()
+        address = json.loads(file.read_text(encoding="utf-8"))["address"]
+        if code == 1 and tunnel.leads_nowhere(address):
+            raise Failure(f"{options.node}: no server answers there any more, though its connection file is there; start "
+                          "mote-server there again")
         return 128 - code if code < 0 else code
 
 
@@ -192,11 +209,16 @@ class Parser(argparse.ArgumentParser):
 
 def parse(words):
     parser = Parser(prog="mote connect", add_help=False, allow_abbrev=False)
-    parser.add_argument("node")
+    parser.add_argument("node", metavar="NODE")
     parser.add_argument("--file")
     parser.add_argument("--ssh", default=os.environ.get("MOTE_SSH", "ssh"))
     words, command = (words[:words.index("--")], words[words.index("--") + 1:]) if "--" in words else (words, [])
-    options = parser.parse_args(words)
+    options, more = parser.parse_known_args(words)
+    if more and more[0].startswith("-"):
+        parser.error(f"there is no option {more[0]}")
+    if more:
+        parser.error(f"{more[0]} is not expected here; a command is written after --: mote connect {options.node} -- "
+                     f"{shlex.join(more)}")
     if options.node.startswith("-"):
         parser.error("a node does not begin with a dash")
     options.command = command
@@ -228,6 +250,8 @@ def main():
 if __name__ == "__main__":
     try:
         sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)
     except Failure as failure:
         print(f"mote: {failure}", file=sys.stderr)
         sys.exit(1)

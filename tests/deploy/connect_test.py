@@ -67,6 +67,28 @@ class Connect(unittest.TestCase):
         self.assertIn("what lies there is no connection file", said.stderr)
         self.assertEqual(list(self.here.iterdir()), [])
 
+    def test_a_server_that_is_gone_is_told_of(self):
+        kept = self.home / "kept.json"
+        kept.write_bytes((self.home / "connection.json").read_bytes())
+        self.server.close()
+        said = self.connect("--file", "kept.json", "--", "mote-stats", "data/beam")
+        self.assertEqual(said.returncode, 1)
+        self.assertIn("node: no server answers there any more", said.stderr)
+
+    def test_a_program_that_is_missing_is_told_of_before_ssh_asks_for_anything(self):
+        for name in ("mote-nothing", "nothing-of-this-name"):
+            said = subprocess.run([BIN / "mote", "connect", "--ssh", "false", "node", "--", name], capture_output=True, text=True,
+                                  check=False)
+            self.assertEqual((said.returncode, said.stdout), (1, ""))
+            self.assertIn(f"mote: {name}: there is no such program", said.stderr)
+            self.assertNotIn("\n", said.stderr.strip())
+
+    def test_a_command_without_its_dashes_is_told_how_it_is_written(self):
+        said = subprocess.run([BIN / "mote", "connect", "node", "mote-stats", "data/beam"], capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(said.returncode, 2)
+        self.assertIn("mote connect node -- mote-stats data/beam", said.stderr)
+
     def test_words_that_ssh_would_take_for_options_are_none(self):
         said = subprocess.run([BIN / "mote", "connect", "--", "-oProxyCommand=true"], capture_output=True, text=True,
                               check=False)
