@@ -105,10 +105,10 @@ class Client:
                     return getattr(message, kind)
         raise RuntimeError(f"no {kind} came")
 
-    def picture(self, number):
+    def picture(self, number, timeout=600.0):
         """Waits for the whole frame of a view; returns it, or the newest that came in its place."""
         while True:
-            frame = self.receive("frame")
+            frame = self.receive("frame", timeout)
             self.credit()
             if frame.view_id == number:
                 return frame

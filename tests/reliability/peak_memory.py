@@ -3,12 +3,12 @@
 """The most memory that a server takes, beside what it may take, while it draws the largest pictures of every kind.
 
     peak_memory.py [--build DIR] [--memory 512M,1G,8G] [--kinds hybrid,mesh,...] [--layers 1,8] [--clients 1,6]
-                   [--size 8192x4096] [--heaviest]
+                   [--size 8192x4096] [--patience 600] [--heaviest]
 
 For each bound, kind, count of layers and of clients a server of its own: each client asks for one exact picture, at the
 same time. A picture comes, or a sentence that says that there is no memory for it. Prints the greatest VmHWM of each and
-what came, and fails where one is more than 64 MB beyond its bound, or anything else came. --heaviest: a few cases that
-take most.
+what came, and fails where one is more than 64 MB beyond its bound, or anything else came. --patience: seconds that a
+client waits; six drawings of the largest size take longer than ten minutes. --heaviest: a few cases that take most.
 """
 import argparse
 import itertools
@@ -109,27 +109,27 @@ def view_of(kind, layers, turn, size):
 class Asker(threading.Thread):
     """Asks for one picture; what came is a word."""
 
-    def __init__(self, file, view, more):
+    def __init__(self, file, view, more, patience):
         super().__init__(daemon=True)
-        self._client, self._view, self._more = Client(file), view, more
+        self._client, self._view, self._more, self._patience = Client(file), view, more, patience
         self.came = "nothing"
 
     def run(self):
         try:
             self._client.ask(1, self._view, final_only=True, **{key: self._more[key] for key in ("page", "format")
                                                                 if key in self._more})
-            self._client.picture(1)
+            self._client.picture(1, self._patience)
             self.came = "picture"
         except Exception as failure:  # pylint: disable=broad-except
             self.came = "refused" if "MiB" in str(failure) or "memory" in str(failure) else str(failure)
 
 
-def measure(programs, folder, case, size):
+def measure(programs, folder, case, size, patience):
     """MB at most, and what came to the clients."""
     memory, kind, layers, clients = case
     # A picture may take minutes, and these clients say nothing meanwhile.
     with Server(programs, folder, "--memory", memory, "--silence", "0") as server:
-        askers = [Asker(server.file, view_of(kind, layers, turn, size), KINDS[kind][1]) for turn in range(clients)]
+        askers = [Asker(server.file, view_of(kind, layers, turn, size), KINDS[kind][1], patience) for turn in range(clients)]
         for asker in askers:
             asker.start()
         for asker in askers:
@@ -149,6 +149,7 @@ def main():
     for name, value in MOST.items():
         parser.add_argument(f"--{name}", default=value)
     parser.add_argument("--size", default="8192x4096")
+    parser.add_argument("--patience", type=float, default=600.0)
     parser.add_argument("--heaviest", action="store_true")
     options = parser.parse_args()
     all_of = itertools.product(options.memory.split(","), options.kinds.split(","), map(int, options.layers.split(",")),
@@ -160,7 +161,7 @@ def main():
         folder = pathlib.Path(name)
         make_data(options.build / "bin", folder)
         for case, size in cases:
-            peak, came = measure(options.build / "bin", folder, case, size)
+            peak, came = measure(options.build / "bin", folder, case, size, options.patience)
             most = (bytes_of(case[0]) + BEYOND) / 1e6
             good = peak <= most and set(came) <= {"picture", "refused"}
             failed += not good
