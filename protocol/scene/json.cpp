@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <map>
 #include <optional>
 #include <set>
@@ -477,6 +478,19 @@ class ShortHighlights {
     std::map<std::size_t, std::string_view> added_;  // by place, before what stands there
 };
 
+/// A sentence about what is no JSON in any place: nothing at all, or a run, a picture or a film.
+std::optional<std::string> saidOfOtherFiles(std::string_view text) {
+    constexpr std::size_t looks = 4096;
+    const auto isText = [](char c) {
+        return static_cast<unsigned char>(c) >= 0x20 || std::isspace(static_cast<unsigned char>(c)) != 0;
+    };
+    const auto begin = text.find_first_not_of(" \t\r\n");
+    if (begin == std::string_view::npos) return "is empty; what is wanted is JSON, which begins with {";
+    if (text[begin] != '{' && !std::ranges::all_of(text.substr(0, looks), isText))
+        return "is no text; what is wanted is JSON, which begins with {";
+    return std::nullopt;
+}
+
 }  // namespace
 
 Status parseJson(std::string_view said, google::protobuf::Message& message, std::string_view source) {
@@ -485,7 +499,8 @@ Status parseJson(std::string_view said, google::protobuf::Message& message, std:
     const auto status =
         json::JsonStringToMessage({text.data(), text.size()}, &message, json::JsonParseOptions{});
     if (!status.ok()) {
-        const auto fault = JsonFault(said).find();
+        const auto other = saidOfOtherFiles(said);
+        const auto fault = other ? other : JsonFault(said).find();
         return Error{
             ErrorCode::invalidArgument, std::string(source),
             fault ? *fault

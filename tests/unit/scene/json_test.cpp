@@ -98,7 +98,7 @@ TEST(Json, WhereTextIsBrokenIsTold) {
     EXPECT_EQ(complaintAbout("{\n \"views\": [\n  {\"width\": 3 \"height\": 4}]}\n"),
               "line 3, column 15: a comma or } is missing here");
     EXPECT_EQ(complaintAbout("{\"views\": [}"), "line 1, column 12: a value is missing here");
-    EXPECT_EQ(complaintAbout(""), "line 1, column 1: a value is missing here");
+    EXPECT_EQ(complaintAbout(""), "is empty; what is wanted is JSON, which begins with {");
     EXPECT_EQ(complaintAbout("no json"), "line 1, column 1: a value is missing here");
     EXPECT_EQ(complaintAbout("{\"views\" 3}"), "line 1, column 10: a colon is missing here");
     EXPECT_EQ(complaintAbout("{\"fps\": 3"), "line 1, column 10: a comma or } is missing here");
@@ -172,6 +172,14 @@ TEST(JsonFile, WhatCannotBeReadIsAnError) {
     EXPECT_EQ(bad.error().code, ErrorCode::invalidArgument);
     EXPECT_NE(bad.error().toString().find((folder / "bad.json").string()), std::string::npos);
     EXPECT_NE(bad.error().toString().find("widht"), std::string::npos);
+    const auto told = [&](const std::string& content) {
+        std::ofstream(folder / "other.json", std::ios::binary) << content;
+        const auto read = readJsonFile(folder / "other.json", view);
+        EXPECT_EQ(read.error().code, ErrorCode::invalidArgument);
+        return read.error().message;
+    };
+    EXPECT_EQ(told(" \n"), "is empty; what is wanted is JSON, which begins with {");
+    EXPECT_EQ(told("\x89HDF\r\n\x1a\n"), "is no text; what is wanted is JSON, which begins with {");
 }
 
 }  // namespace
