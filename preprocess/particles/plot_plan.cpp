@@ -13,6 +13,7 @@
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
 #include "preprocess/particles/range_builder.h"
+#include "protocol/quantity/known_quantity.h"
 #include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
 
@@ -62,6 +63,17 @@ Status checkBounds(const proto::ParticlesJob& job) {
         }
     }
     return success();
+}
+
+/// From so many times on the cells of a volume are too few for the beam.
+constexpr double muchTravel = 8.0;
+
+/// The quantity that is this one about its mean in the step; empty where there is none.
+std::string ownFrameOf(std::string_view name) {
+    if (name == "z") return "zeta";
+    if (name == "t") return "tau";
+    const auto own = fmt::format("{}_c", name);
+    return findKnownQuantity(own) != nullptr ? own : std::string();
 }
 
 }  // namespace
@@ -128,6 +140,7 @@ Status PlotBounds::find(const proto::ParticlesJob& job, const PlotAxes& axes, st
             if (found.empty()) return notFound("", "");
             MOTE_ASSIGN_OR_RETURN(all_[a], widenedOf(found, axes[a]));
         }
+        common_[a] = given == job.bounds().end() && !own;
         for (std::size_t step = 0; step < steps; ++step) {
             bounds_[step][a] = all_[a];
             // A step without a particle has no range.
@@ -156,7 +169,26 @@ std::vector<std::string> PlotBounds::notes(const PlotAxes& axes) const {
                                                  : fmt::format("{:.6g} to {:.6g}", values.min, values.max),
                         axes[a].name(), all.min, all.max));
     }
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (travel(a) < muchTravel) continue;
+        const auto own = ownFrameOf(axes[a].name());
+        sentences.push_back(fmt::format(
+            "over all steps {0} spans more than {1:.0f} times what it spans in any one of them, so the beam "
+            "is "
+            "small in this plot; --bounds-of step follows it{2}",
+            axes[a].name(), muchTravel, own.empty() ? "" : fmt::format(", and so does the axis {}", own)));
+    }
     return sentences;
+}
+
+double PlotBounds::travel(std::size_t axis) const {
+    double widest = 0.0;
+    for (const auto& step : steps_) {
+        const auto& range = step.ranges[axis];
+        if (!range.empty()) widest = std::max(widest, range.max - range.min);
+    }
+    return common_[axis] && before_[axis].empty() && widest > 0.0 ? (all_[axis].max - all_[axis].min) / widest
+                                                                  : 0.0;
 }
 
 MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::uint64_t limit, int threads) {

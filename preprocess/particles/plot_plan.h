@@ -46,13 +46,19 @@ class PlotBounds {
     bool ofSteps() const { return ofSteps_; }                 ///< some axis has each step's own
     const std::array<Range, 3>& of(std::size_t step) const { return bounds_[step]; }
 
-    /// A sentence for each axis on which particles were left out that nobody asked to leave out.
+    /// A sentence for each axis on which particles were left out that nobody asked to leave out, and for each
+    /// along which the beam travels so far that it is small in the plot.
     std::vector<std::string> notes(const PlotAxes& axes) const;
 
   private:
+    /// How many times wider the bounds of an axis are than what the widest step spans; 0 where they were
+    /// not found in these steps.
+    double travel(std::size_t axis) const;
+
     std::vector<StepBounds> steps_;
     std::array<Range, 3> before_;  ///< of the steps before; empty: there are none
     std::array<Range, 3> all_;
+    std::array<bool, 3> common_{};              ///< found, of all steps together
     std::vector<std::array<Range, 3>> bounds_;  ///< by step
     bool ofSteps_ = false;
 };

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/particles_job.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -150,6 +152,31 @@ TEST(ParticlesJob, BoundsAreThoseOfTheWholeSeries) {
     ASSERT_TRUE(two.ok() && three.ok());
     EXPECT_EQ(two->particles().steps_size(), 2);
     EXPECT_LT(two->particles().axes(0).max() * 5.0, three->particles().axes(0).max());
+}
+
+TEST(ParticlesJob, ABeamThatTravelsThroughItsPlotIsSaid) {
+    const test::TempDir dir;
+    const auto notesOf = [&](double distance, const std::string& boundsOf) {
+        std::vector<FakeStep> steps;
+        for (int i = 0; i < 10; ++i) {
+            steps.push_back(beamStep(500, 1));
+            const auto [least, most] = std::ranges::minmax(steps.back()[Column::x]);
+            for (auto& x : steps.back()[Column::x]) x += distance * (most - least) * i;
+        }
+        FakeSource source(steps);
+        auto request = requestFor();
+        request.mutable_particles()->set_bounds_of(boundsOf);
+        const auto manifest = make(request, source, dir / fmt::format("{}{}.mote", distance, boundsOf));
+        EXPECT_TRUE(manifest.ok());
+        return std::vector<std::string>(manifest->particles().notes().begin(),
+                                        manifest->particles().notes().end());
+    };
+    EXPECT_THAT(notesOf(0.8, ""),
+                testing::ElementsAre("over all steps x spans more than 8 times what it spans in "
+                                     "any one of them, so the beam is small in this plot; "
+                                     "--bounds-of step follows it, and so does the axis x_c"));
+    EXPECT_THAT(notesOf(0.8, "step"), testing::IsEmpty());
+    EXPECT_THAT(notesOf(0.7, ""), testing::IsEmpty());  // 7.3 times
 }
 
 TEST(ParticlesJob, NoOneOrTheSameParticle) {
