@@ -21,11 +21,11 @@ constexpr const char* autoExamples = R"(Examples:
   mote-prep auto chest.nrrd --out plots/chest.mote --json | jq '.chosen[]'
   mote-frames plots/run.view.json --spawn data=plots --out pictures
 
-Chooses what INPUT is prepared as, how, and how it is drawn, and says why in a line each. Beside NAME.mote it writes
-NAME.view.json, a view of it that mote-frames and mote-view draw; its folder is there the root "data". A volume is
-tried out in several forms on a part of it, and takes the one whose error and bytes are the least together. A
-photograph also gets NAME-dots.mote, the plane of dots that it is drawn with. What is to be said otherwise, the
-commands of the kinds take: particles, volume, mesh, image.)";
+Chooses what INPUT is prepared as, how, and how it is drawn, and gives the reason for each choice in one line. Beside
+NAME.mote it writes NAME.view.json, a view of it for mote-frames and mote-view, in which the folder is the root "data".
+A part of a volume is tried in several forms, and the whole takes the one that is best in error and size together. A
+photograph also gets NAME-dots.mote, the plane of dots that it is drawn with. To choose something else, use the
+command of its kind: particles, volume, mesh or image.)";
 
 struct AutoArguments {
     std::string input, output, title;

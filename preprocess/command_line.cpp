@@ -309,8 +309,8 @@ void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& s
     field("dimensions", "Raw: voxels along x, y, z").values(3).valueName("NX NY NZ");
     field("type", "Raw: u8 (the default), i8, u16, i16, u32, i32, f16, f32 or f64").valueName("TYPE");
     field("big_endian", "Raw: the most significant byte comes first");
-    field("header_bytes", "Raw: before the first value").valueName("N");
-    field("spacing", "Of voxels, instead of what the file says").values(3).valueName("SX SY SZ");
+    field("header_bytes", "Raw: bytes before the first value").valueName("N");
+    field("spacing", "Spacing of voxels, instead of the file's").values(3).valueName("SX SY SZ");
     field("origin", "World position of the first voxel's centre").values(3).valueName("X Y Z");
     field("field", "VTI array, OpenVDB grid, NumPy array, channel, or the number of one of several volumes")
         .valueName("NAME");

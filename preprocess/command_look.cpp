@@ -26,7 +26,7 @@ Each input, be it a file, a folder or a name with %T, is opened as a job would o
 nothing: what it can be read as, its steps, columns and ranges in the units that a dataset would have, what would be
 assumed (note) and what would be refused, and why. Ranges are those of the first step; --all reads all. With --json a
 line for each input: {"input", "found": [{"kind", "format", "toldBy", "steps", "columns", "notes", ...}], "refused"}.
-The exit status is 1 where something would be refused.)";
+The exit status is 1 if something would be refused.)";
 
 constexpr std::uint64_t mostSeconds = 600;  // of the processor, for what is no more than a look
 
@@ -107,10 +107,10 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
         .valueName("NAME");
     auto& run = options->particles;
     auto& volume = options->volume;
-    fieldOption(command, run, "species", "This openPMD species alone").valueName("NAME");
+    fieldOption(command, run, "species", "Only this openPMD species").valueName("NAME");
     fieldOption(command, run, "map", "What a table's columns are, as for particles").valueName("TEXT");
-    fieldOption(command, volume, "field", "This field or volume alone").valueName("NAME");
-    fieldOption(command, volume, "series", "This series of DICOM files alone").valueName("NAME");
+    fieldOption(command, volume, "field", "Only this field or volume").valueName("NAME");
+    fieldOption(command, volume, "series", "Only this series of DICOM files").valueName("NAME");
     fieldOption(command, run, "impact.mass", "Rest mass, eV/c^2, where the file does not say it")
         .valueName("EV");
     fieldOption(command, run, "impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");

@@ -14,8 +14,8 @@ constexpr const char* meshExamples = R"(Examples:
   mote-prep mesh skull.obj --out plots/skull.mote
   mote-prep mesh chest.nrrd --isovalue 220 --clip -100 -100 0 100 100 150 --out plots/bones.mote
 
-INPUT is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. What is wrong with it and can be put
-right (vertices at one place, triangles without area, numbers that are not finite) is counted and said.)";
+INPUT is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. Faults that can be mended (vertices
+at one place, triangles without area, numbers that are not finite) are mended, counted and reported.)";
 
 void addMesh(const cli::Command& program, CommandLine& line) {
     const auto command =

@@ -21,10 +21,10 @@ constexpr const char* particlesExamples = R"(Examples:
   mote-prep particles table.txt --axes x,px,y --map "x=X [mm],px=PX [MeV/c],y=3 [mm]" --out table.mote
   mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
-Axes: x y z t px py pz weight, derived r theta xp yp pr p delta gamma energy, of the bunch's own frame zeta tau x_c y_c
-px_c py_c pz_c, records of the source by their names, and expressions: --axes "zeta,hypot(x,y),energy*1e-6". Without --bounds, a plot's bounds are the least and the
-greatest value over all selected steps, but for values further than 1000 interquartile ranges from a step's median,
-which are left out and counted.)";
+Axes: x y z t px py pz weight; derived r theta xp yp pr p delta gamma energy; in the bunch's own frame zeta tau x_c y_c
+px_c py_c pz_c; records of the source by their names; and expressions: --axes "zeta,hypot(x,y),energy*1e-6". Without
+--bounds, a plot's bounds are the least and the greatest value over all selected steps, except for values further than
+1000 interquartile ranges from a step's median, which are left out and counted.)";
 
 /// The job, and what of its options is no field as it is.
 struct ParticlesArguments : AskedJob {
@@ -88,7 +88,7 @@ void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
         .oneOf({"without", "with", "only"})
         .valueName("WHICH");
     field("impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");
-    field("impact.mass", "Rest mass of a particle where the file does not say it, eV/c^2").valueName("EV");
+    field("impact.mass", "Rest mass of a particle if the file does not say it, eV/c^2").valueName("EV");
     field("impact.kinetic_energy", "IMPACT: reference kinetic energy, eV").valueName("EV");
     field("impact.current", "IMPACT: beam current, A").valueName("A");
 }

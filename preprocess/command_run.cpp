@@ -26,9 +26,9 @@ constexpr const char* runExamples = R"(Examples:
   mote-prep run diags/openpmd_%T.bp --axes x,px,pz --species electrons,ions --out plots/lwfa
   mote-prep run lwfa.h5 --axes z,x,y --meshes E/z,rho --out plots/lwfa
 
-Makes DIR/NAME-SPECIES.mote of every species, DIR/NAME-MESH.mote of the meshes that are named, and
-DIR/NAME.view.json, which shows them together where they are: the first species in its plot's bounds, all else in
-the same units beside it. Its folder is there the root "data". Meshes go with three of the axes x, y and z.)";
+Makes DIR/NAME-SPECIES.mote for every species, DIR/NAME-MESH.mote for the meshes that are named, and
+DIR/NAME.view.json, which shows them together where they are: the first species in its plot's bounds, all others in
+the same units beside it. In the view, the folder is the root "data". Meshes need the axes x, y and z, in any order.)";
 
 struct RunArguments {
     std::string axes, species, meshes, output;
@@ -250,7 +250,7 @@ void addRunCommand(const cli::Command& program, CommandLine& line) {
     fieldOption(command, options->run, "inputs", "The files of one run, or a folder of them", "INPUT")
         .required();
     command.option("--axes", options->axes, "Three axes").required().valueName("A,B,C");
-    command.option("--species", options->species, "These alone; default: all").valueName("NAME,...");
+    command.option("--species", options->species, "Only these; default: all").valueName("NAME,...");
     command.option("--meshes", options->meshes, "Meshes that are shown too: mote-prep look names them")
         .valueName("NAME,...");
     fieldOption(command, options->run, "steps", "Step indices, the last included")

@@ -23,10 +23,11 @@ void addStipple(const cli::Command& program, CommandLine& line) {
                 "\"plane\", the periodic unit square, or the file of a triangle mesh", "SURFACE")
         .required();
     fieldOption(command, stipple, "points", "Points at the highest density").required().valueName("N");
-    fieldOption(command, stipple, "seed", "Of the random start; default 1").valueName("S");
+    fieldOption(command, stipple, "seed", "Seed of the random start; default 1").valueName("S");
     fieldOption(command, stipple, "rings", "Rings of neighbours that move at a removal; default 2")
         .valueName("1|2");
-    fieldOption(command, stipple, "relaxation", "Of their moves, 1 to 1.9; default 1.6").valueName("W");
+    fieldOption(command, stipple, "relaxation", "Over-relaxation of their moves, 1 to 1.9; default 1.6")
+        .valueName("W");
     addOutlookOptions(command, job->request);
     addDatasetOptions(command, line, job, [](proto::JobRequest& request) {
         if (request.stipple().mesh() == "plane") request.mutable_stipple()->clear_mesh();

@@ -25,14 +25,16 @@ void addResultOptions(const cli::Command& command, proto::VolumeJob& job) {
         return fieldOption(command, job, name, help);
     };
     field("low", "Samples of the low volume along its longest axis; default 128").valueName("N");
-    field("error_grid", "The same of the error grid; default: the source's").valueName("N");
+    field("error_grid", "Samples of the error grid along its longest axis; default: the source's")
+        .valueName("N");
     const auto threshold =
         field("threshold", "Take errors above T of the range of values; default .02").valueName("T");
     field("max_points", "Take the M greatest errors").excludes(threshold).valueName("M");
     field("filter", "cubic (the default), box or under:P: never above by more than P").valueName("NAME");
     field("representation", "points, residual (the default) or both").valueName("NAME");
-    field("point_bytes", "Of a point: 5 (the default), 6 or 9").valueName("N");
-    field("value_bits", "Of a sample of the low volume: 8 (the default for u8 and i8) or 16").valueName("N");
+    field("point_bytes", "Bytes of a point: 5 (the default), 6 or 9").valueName("N");
+    field("value_bits", "Bits of a sample of the low volume: 8 (the default for u8 and i8) or 16")
+        .valueName("N");
 }
 
 void addVolume(const cli::Command& program, CommandLine& line) {

@@ -74,7 +74,7 @@ void declareServers(const cli::Command& app, RawOptions& raw) {
 }
 
 void declareSheet(const cli::Command& app, RawOptions& raw) {
-    const auto sheet = app.group("sheet", "Of svg, eps and pdf");
+    const auto sheet = app.group("sheet", "For svg, eps and pdf");
     sheet
         .option("--page", raw.page,
                 "Size in mm; default: as wide as the view's printWidth, or 96 pixels an inch")
@@ -86,12 +86,12 @@ void declareSheet(const cli::Command& app, RawOptions& raw) {
 }
 
 void declareFilm(const cli::Command& app, RawOptions& raw) {
-    const auto film = app.group("film", "Of films");
+    const auto film = app.group("film", "For films");
     film.option("--video", raw.video, "Also writes all frames as one video: FILE.mp4, .webm or .gif");
     film.option("--crf", raw.crf, "Quality of the video, lower is better; mp4 0 to 51, webm 0 to 63")
         .range(0, 63);
     film.option("--chroma", raw.chroma,
-                "Of mp4 and webm: full keeps the colours of single points; halved plays everywhere")
+                "For mp4 and webm: full keeps the colours of single points; halved plays everywhere")
         .oneOf({"full", "halved"})
         .showDefault();
     film.option("--fps", raw.fps, "Frames per second, instead of the script's");
@@ -108,7 +108,7 @@ void declareFilm(const cli::Command& app, RawOptions& raw) {
 
 /// One of these at most is given with an id.
 void declareJobs(const cli::Command& app, RawOptions& raw) {
-    const auto jobs = app.group("jobs", "Of jobs of a running server");
+    const auto jobs = app.group("jobs", "Jobs of a running server");
     auto& id = raw.options.jobId;
     jobs.flag("--detach", raw.detach,
               "Hands the film to the server as a job and prints its id; --video says which kind");
@@ -121,7 +121,7 @@ void declareJobs(const cli::Command& app, RawOptions& raw) {
     jobs.option("--fetch", id, "Fetches what the film job with this id made").valueName("ID");
     jobs.flag("--list-jobs", raw.listJobs, "Prints a line for each job, the latest first");
     jobs.option("--follow", id, "Waits for this job to end, and succeeds if it does").valueName("ID");
-    jobs.option("--cancel", id, "Ends this job; a finished film is thrown away").valueName("ID");
+    jobs.option("--cancel", id, "Ends this job; a finished film is deleted").valueName("ID");
     jobs.option("--retry", id, "Starts a failed or cancelled job anew and prints the new id").valueName("ID");
 }
 

@@ -17,16 +17,16 @@ namespace mote::client {
 namespace {
 
 constexpr const char* footer =
-    R"(Without --json, --csv or --npy: a table. Of one step all statistics, of several steps a line each of the usual ones.
+    R"(Without --json, --csv or --npy: a table: of one step all statistics, of several steps the usual ones, a line each.
 Numbers are in m, eV/c, s, eV and C; only tables have prefixes. What is not defined (no particle) is null in JSON, nothing
 in CSV and NaN in NPY. Headings of CSV have units ("sigma_x [m]"), fields of NPY the same as titles. Statistics without
 --select are those of preparation, from the source's own values; where others are limited by how coarsely a column is
-held, a note on stderr says so, and "notes" in JSON.
+stored, a note on stderr says so, and "notes" in JSON.
 
 A SELECTION is {"ranges": [{"column": "x", "min": 1e-3}], "density": {"max": 0.4}, "polygon": {"columns": ["x", "px"],
 "points": [[0, 0], [1e-3, 0], [0, 2e4]]}, "outermost": {"plane": "x", "share": 0.1}, "ids": [7, 8], "step": 12,
-"all": [...], "any": [...], "not": {...}}, of which all holds that is given. With "step" it is made in that step and
-follows the same ids through the others.
+"all": [...], "any": [...], "not": {...}}, and holds the particles that meet all that is given. With "step" it is made
+in that step and follows the same ids through the others.
 
 Files appear whole, or not at all. docs/NUMBERS.md says what each number is.
 
@@ -86,7 +86,7 @@ void declare(const cli::Command& app, RawOptions& raw) {
         .oneOf({"run", "step", "selection"})
         .valueName("WHAT");
     histogram.flag("--unweighted", raw.unweighted, "Counts each particle as 1, not by its weight");
-    const auto form = app.group("form", "How numbers are told (at most one of these)");
+    const auto form = app.group("form", "How numbers are written (at most one of these)");
     form.flag("--json", raw.json, "Prints one line of JSON per step");
     form.option("--csv", raw.csv, "A file of comma-separated values").valueName("FILE");
     form.option("--npy", raw.npy,

@@ -32,8 +32,8 @@ class StatisticTable {
         for (const auto name : spreads) {
             add("mean_Q", name, "weighted mean");
             add("sigma_Q", name, "sqrt(<(Q - mean)²>)");
-            add("min_Q", name, "of the particles that count, whatever their weight");
-            add("max_Q", name, "of the particles that count, whatever their weight");
+            add("min_Q", name, "least value of the particles that count, whatever their weight");
+            add("max_Q", name, "greatest value of the particles that count, whatever their weight");
         }
         for (std::size_t i = 0; i < paired.size(); ++i) {
             for (std::size_t j = i + 1; j < paired.size(); ++j) addCovariance(paired[i], paired[j]);
@@ -80,18 +80,16 @@ class StatisticTable {
     void addCounts() {
         add("n_particle", "", "1", {}, "particles that take part");
         add("n_finite", "", "1", {},
-            "of these, those that count: on them rests every number that is not of the next line");
+            "of these, those that count: every number rests on them, except those of the next line");
         add("n_slope", "", "1", {},
-            "of these, those whose slopes are finite (pz is not 0): on them rest `xp`, `yp`, `emit_x`, "
-            "`emit_y`, "
-            "and Twiss parameters and dispersion in x and y");
+            "of these, those whose slopes are finite (pz is not 0): `xp`, `yp`, `emit_x`, `emit_y`, and "
+            "Twiss "
+            "parameters and dispersion in x and y rest on them");
         add("n_lost", "", "1", {}, "particles that the source marks as lost, whether they take part or not");
         add("charge", "", "C", {},
-            "sum of the weights, times the magnitude of a particle's charge (`particleCharge` of the "
-            "manifest; 0 "
-            "of photons, neutrons and other neutral `species`; else e) where weights count real particles; "
-            "null "
-            "where their unit is not known");
+            "sum of the weights; if weights count real particles, times the magnitude of a particle's charge "
+            "(`particleCharge` of the manifest; 0 for photons, neutrons and other neutral `species`; "
+            "otherwise e); null if their unit is not known");
     }
     void addEmittances() {
         const Names planes{"x", "y", "z"};
@@ -103,10 +101,10 @@ class StatisticTable {
         all_.back().of = {"x", "y"};
         constexpr std::pair<std::string_view, std::string_view> shares[]{
             {"emit90_action_U",
-             "normalised rms emittance of those with the smallest single-particle action that hold 90% of "
+             "normalised rms emittance of the particles of smallest single-particle action that hold 90% of "
              "the weight"},
-            {"emit95_action_U", "the same of those that hold 95% of the weight"},
-            {"emit99_action_U", "the same of those that hold 99% of the weight"}};
+            {"emit95_action_U", "the same for 95% of the weight"},
+            {"emit99_action_U", "the same for 99% of the weight"}};
         for (const auto& plane : planes) {
             for (const auto& [family, definition] : shares)
                 add(family, plane, "m", {plane, "p" + plane}, definition);
@@ -115,10 +113,10 @@ class StatisticTable {
     void addTransverse(const std::string& plane, const Names& columns) {
         add("emit_V", plane, "m", columns,
             "geometric, with slopes: sqrt(<V²><Vp²> - <V Vp>²). openPMD-beamphysics: "
-            "`twiss_emit_x` of the table");
-        add("twiss_alpha_V", plane, "1", columns, "-<V Vp>/`emit_V`, dispersion and all");
-        add("twiss_beta_V", plane, "m", columns, "<V²>/`emit_V`, dispersion and all");
-        add("twiss_gamma_V", plane, "1/m", columns, "<Vp²>/`emit_V`, dispersion and all");
+            "`twiss_emit_x` in its table");
+        add("twiss_alpha_V", plane, "1", columns, "-<V Vp>/`emit_V`, including dispersion");
+        add("twiss_beta_V", plane, "m", columns, "<V²>/`emit_V`, including dispersion");
+        add("twiss_gamma_V", plane, "1/m", columns, "<Vp²>/`emit_V`, including dispersion");
         add("twiss_eta_V", plane, "m", columns,
             "dispersion: <V delta>/<delta²>, with delta relative to the mean momentum of these particles");
         add("twiss_etap_V", plane, "1", columns, "dispersion of the slope: <Vp delta>/<delta²>");

@@ -33,7 +33,7 @@ Examples:
   mote-web --connect ~/.mote/connection.json --listen 127.0.0.1:8000
   mote-web --connect c.json --listen unix:$HOME/.mote/web.sock --base-url /node/n12/8000/ --origin https://hub.example.org
 
-docs/WEB.md tells of proxies, notebooks and what is checked.
+docs/WEB.md describes proxies, notebooks and what is checked.
 
 Exit status: 0 after SIGTERM, 2 for wrong usage, 128 + N after another signal N, else 1.)";
 
@@ -61,8 +61,8 @@ void declare(const cli::Command& app, RawOptions& raw) {
         .repeatable()
         .valueName("NAME=DIR");
     server.requireOneOption();
-    app.option("--device", raw.device, "Of the private server: auto, cpu or egl").valueName("NAME");
-    app.option("--threads", options.spawn.threads, "Of the private server; 0: all cores");
+    app.option("--device", raw.device, "Device of the private server: auto, cpu or egl").valueName("NAME");
+    app.option("--threads", options.spawn.threads, "Threads of the private server; 0: all cores");
     app.option("--listen", raw.listen,
                "Where browsers or a proxy connect: HOST:PORT (port 0: any), or unix:PATH")
         .showDefault()
