@@ -19,10 +19,12 @@ constexpr double tooDark = 0.02;
 /// Lines that are always drawn are not where they alone are so much darker than the target: a tree is not
 /// all ink.
 constexpr double crowdOfImportant = 0.4;
-/// Step of a line beside nothing, an outer contour.
-constexpr float outerStep = 0.999F;
+/// Step of a line beside nothing, an outer contour; of others at most.
+constexpr float outerStep = 0.999F, innerStep = 0.99F;
+/// Lines that were drawn before are so much more important, those that were left less.
+constexpr float staysImportant = 1.5F;
 /// By so much more the tone may be off where lines stay as they were before, share of the paper.
-constexpr double slack = 0.05;
+constexpr double slack = 0.1;
 
 /// What is drawn or left out as one: segments of a line from `begin` to `end`.
 struct Piece {
@@ -220,6 +222,13 @@ class Trial {
     std::vector<std::size_t> touched_;
 };
 
+/// Outer contours stay what they are, and nothing else becomes one.
+float importanceOf(const Piece& piece) {
+    if (piece.before == LineBefore::unknown || piece.importance >= outerStep) return piece.importance;
+    const float stays = piece.before == LineBefore::drawn ? staysImportant : 1.0F / staysImportant;
+    return std::min(stays * piece.importance, innerStep);
+}
+
 /// Outer contours are whole, whatever the style says.
 bool isImportant(float step, const SilhouetteStyle& style) {
     return static_cast<double>(step) > style.importance || step >= outerStep;
@@ -228,7 +237,7 @@ bool isImportant(float step, const SilhouetteStyle& style) {
 void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const SilhouetteStyle& style,
             const LineTarget& target, Trial& trial, const std::stop_token& stop) {
     const ToneGrid all = densityOf(lines, target.cells, target.width);
-    const auto important = [&](const Piece& piece) { return isImportant(piece.importance, style); };
+    const auto important = [&](const Piece& piece) { return isImportant(importanceOf(piece), style); };
     const ToneGrid always = trial.densityOfThose(pieces, important);
     std::vector<Piece*> tried;
     for (auto& piece : pieces) {

@@ -22,9 +22,11 @@ constexpr std::array seeksAt{1.0, 0.8};
 // Of the density from which on strokes are drawn: they begin from a little more on, and end below a little
 // less.
 constexpr double beginsFrom = 1.06, endsFrom = 0.92;
+// Of strokes of before, which stay where others would not: the same, and of the length that others have at
+// least; cosine of what they may be off their direction.
+constexpr double staysAt = 0.5, staysFrom = 0.88, staysLong = 0.6, mostOff = 0.8;
 constexpr double leastStraight = 0.7;  // cosine of what a stroke turns by at a place
 constexpr double sameWay = 0.5;        // likewise, of cells beside each other whose directions are one
-constexpr double mostOff = 0.9;        // cosine of what a stroke of before may be off its direction
 constexpr std::size_t mostSteps = 16384;
 constexpr double hatchTolerance = 0.1;  // pixels that a stroke may be off its way
 constexpr std::size_t longestHatchRun = 24;
@@ -147,6 +149,8 @@ class StrokeMaker {
             giveWay();
             if (stroke.pass == number_) keep(stroke);
         }
+        for (const auto& run : runs_) grow(run);
+        runs_.clear();
         std::size_t next = 0;
         seekBesideAll(next);
         const auto stride = std::max(1.0, 0.5 * pass_.spacing);
@@ -317,21 +321,24 @@ class StrokeMaker {
         }
     }
 
-    /// What of a stroke of before still is where it may be, and goes on from there.
+    /// All runs stay before the first of them goes on at both ends, which would take the places of others.
+    void grow(const std::vector<glm::dvec2>& run) {
+        const auto number = static_cast<std::uint32_t>(strokes_.size());
+        const double along = static_cast<double>(run.size() - 1) * step_;
+        auto front = trace(run.front(), -wayAt(run, 0), number, 0.0, -1.0);
+        const auto back = trace(run.back(), wayAt(run, run.size() - 1), number, along, 1.0);
+        std::reverse(front.begin(), front.end());
+        front.insert(front.end(), run.begin(), run.end());
+        front.insert(front.end(), back.begin(), back.end());
+        put(front);
+    }
+    /// What of a stroke of before still is where it may be.
     void keep(const HatchStroke& stroke) {
         std::vector<glm::dvec2> run;
         auto kept = places_.size();
         const auto end = [&] {
-            const auto number = static_cast<std::uint32_t>(strokes_.size());
-            if (static_cast<double>(run.size()) * step_ >= options_.shortest()) {
-                // It goes on at both ends.
-                const double along = static_cast<double>(run.size() - 1) * step_;
-                auto front = trace(run.front(), -wayAt(run, 0), number, 0.0, -1.0);
-                const auto back = trace(run.back(), wayAt(run, run.size() - 1), number, along, 1.0);
-                std::reverse(front.begin(), front.end());
-                front.insert(front.end(), run.begin(), run.end());
-                front.insert(front.end(), back.begin(), back.end());
-                put(front);
+            if (static_cast<double>(run.size()) * step_ >= staysLong * options_.shortest()) {
+                runs_.push_back(run);
             } else {
                 places_.takeBack(kept);
             }
@@ -350,12 +357,12 @@ class StrokeMaker {
             for (std::size_t part = 0; part < parts; ++part) {
                 const glm::dvec2 at =
                     glm::mix(from, to, static_cast<double>(part) / static_cast<double>(parts));
-                const auto number = static_cast<std::uint32_t>(strokes_.size());
+                const auto number = static_cast<std::uint32_t>(strokes_.size() + runs_.size());
                 const double along = static_cast<double>(run.size()) * step_;
-                const bool stays = isInside(at) && isWanted(at, endsFrom) &&
+                const bool stays = isInside(at) && isWanted(at, staysFrom) &&
                                    glm::dot(directionAt(at, heading), heading) >= mostOff &&
                                    (run.empty() || goesOn(run.back(), at)) &&
-                                   places_.isFree(at, endsAt * pass_.spacing, number, along);
+                                   places_.isFree(at, staysAt * pass_.spacing, number, along);
                 if (!stays) {
                     end();
                     continue;
@@ -378,7 +385,8 @@ class StrokeMaker {
     double from_ = 0.0;         // density from which on the stroke is drawn that is made
     StrokePlaces places_{1.0, glm::dvec2(1.0)};
     std::vector<HatchStroke> strokes_;
-    std::vector<std::vector<glm::vec2>> ways_;  // of strokes, step by step
+    std::vector<std::vector<glm::dvec2>> runs_;  // of strokes of before, step by step, that stay
+    std::vector<std::vector<glm::vec2>> ways_;   // of strokes, step by step
 };
 
 }  // namespace

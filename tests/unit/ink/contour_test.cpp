@@ -290,6 +290,29 @@ TEST(Coherence, LinesAndHatchesStay) {
     }
 }
 
+/// A lopsided ball, all hatches.
+TEST(Coherence, HatchesOfARoundFormStay) {
+    constexpr std::uint32_t turns = 80, rows = 40;
+    storage::SurfaceMesh mesh;
+    for (std::uint32_t i = 0; i < turns; ++i) {
+        for (std::uint32_t k = 0; k <= rows; ++k) {
+            const double a = 2.0 * std::numbers::pi * i / turns, b = std::numbers::pi * k / rows;
+            const glm::dvec3 way(std::cos(a) * std::sin(b), std::cos(b), std::sin(a) * std::sin(b));
+            mesh.positions.emplace_back(glm::dvec3(1.0, 0.8, 0.6) * way);
+            mesh.normals.emplace_back(glm::normalize(way / glm::dvec3(1.0, 0.8, 0.6)));
+            if (k == rows) continue;
+            const std::uint32_t at = i * (rows + 1) + k, beside = (i + 1) % turns * (rows + 1) + k;
+            mesh.triangles.push_back({at, at + 1, beside + 1});
+            mesh.triangles.push_back({at, beside + 1, beside});
+        }
+    }
+    const auto surface = test::surfaceOf(std::move(mesh));
+    const auto style = styleOf(1.0);
+    const double still = flicker(surface, style, false), film = flicker(surface, style, true);
+    EXPECT_GT(still, 0.1);
+    EXPECT_LT(film, 0.25 * still);
+}
+
 TEST(Coherence, WhatDoesNotMoveIsDrawnTheSame) {
     test::Random random(7);
     const auto surface = leaves(random);
