@@ -7,8 +7,8 @@
 >>> mote.View(ds, step=3).render()               # shows itself in a notebook    # doctest: +SKIP
 >>> ds.statistics()["norm_emit_x"]               # of all steps                  # doctest: +SKIP
 
-Everything is synchronous; places are in m, momenta in eV/c, times in s. What goes wrong is a mote.Error.
-docs/PYTHON.md has it all.
+All calls are synchronous; positions are in m, momenta in eV/c, times in s. Whatever goes wrong raises a mote.Error.
+Everything is described in docs/PYTHON.md.
 """
 from __future__ import annotations
 

@@ -27,13 +27,13 @@ _FURTHER = re.compile(r"(mean|sigma|min|max)_.|cov_.+__.")
 
 
 class Dataset:
-    """A dataset of a session, as it was when it was asked for, a live one as it is now: session["ROOT/NAME"].
+    """A dataset of a session, session["ROOT/NAME"], as it was when it was asked for; a live one as it is now.
 
     Attributes:
-        session: where it is from.
+        session: the session it belongs to.
         name: "ROOT/NAME".
         kind: "particles", "hybrid", "mesh", "stipple" or "image".
-        title: for people.
+        title: a name for people.
     """
 
     _BINS = 100
@@ -78,7 +78,7 @@ class Dataset:
 
     @property
     def manifest(self) -> Dict[str, Any]:
-        """All that is told of it, with JSON's names (docs/FORMAT.md)."""
+        """Everything that the server says about it, with JSON's names (docs/FORMAT.md)."""
         return to_dict(self._manifest)
 
     @property
@@ -88,7 +88,7 @@ class Dataset:
 
     @property
     def columns(self) -> Tuple[str, ...]:
-        """The columns that lie beside a particle plot; none where it was made without."""
+        """The columns kept beside a particle plot; none if it was made without columns."""
         particles = self._manifest.particles
         names = tuple(column.name for column in particles.columns)
         return (*names, "id") if particles.ids and "id" not in names else names
@@ -122,11 +122,11 @@ class Dataset:
 
     @property
     def bounds(self) -> Dict[str, Tuple[float, float]]:
-        """What the axes of a particle plot span, in their units: all steps together, see ``bounds_of``."""
+        """What the axes of a particle plot span over all steps together, in their units; see ``bounds_of``."""
         return self._bounds_in(self._manifest.particles.axes[:3])
 
     def bounds_of(self, step: int) -> Dict[str, Tuple[float, float]]:
-        """The same in one step: its own where the plot was made with ``bounds_of="step"``."""
+        """The same in one step, which has bounds of its own if the plot was made with ``bounds_of="step"``."""
         at, plot = arguments.one_step(step, len(self)), self._manifest.particles
         behind = plot.axes[3 * (1 + at):3 * (2 + at)]  # where they stood before a step had its own
         return self._bounds_in(plot.steps[at].axes or behind or plot.axes)
@@ -137,17 +137,17 @@ class Dataset:
 
     @property
     def mass(self) -> float:
-        """Of one particle, eV/c^2; 0: not known."""
+        """The mass of one particle, eV/c^2; 0 if it is not known."""
         return float(self._manifest.particles.mass)
 
     # ------------------------------------------------------------------------------------ numbers
 
     def get(self, columns: Union[str, Sequence[str]], step: int = 0, select: Optional[Selectable] = None) -> Any:
-        """Columns or derived quantities of the particles of a step, in the dataset's order.
+        """Columns or derived quantities of the particles of one step, in the dataset's order.
 
         Args:
             columns: a name gives an array, several names a tuple of arrays: float64 in m, eV/c, s; "id" is uint64.
-            step: one of them; negative ones count from the end.
+            step: one step; negative ones count from the end.
             select: these particles alone.
         """
         self._particles
@@ -158,18 +158,19 @@ class Dataset:
 
     def statistics(self, step: Steps = None, select: Optional[Selectable] = None, names: Union[None, str, Sequence[str]] = None,
                    slices: Union[None, str, Tuple[str, int], Tuple[str, int, str]] = None) -> Dict[str, Any]:
-        """Statistics by name (docs/NUMBERS.md): of one step numbers, of several or all (None) arrays.
+        """Statistics by name (docs/NUMBERS.md): numbers for one step, arrays for several or all (None).
 
         Without selection and slices they are those of preparation, from the source's own values in f64; with a
-        selection they are of the columns. What is not defined is NaN. "step", "iteration" and "time" stand beside them.
+        selection they are computed from the columns. A number that is not defined is NaN. "step", "iteration" and "time" are
+        included.
 
         Args:
             step: one; a slice, range or list of them, ascending and evenly apart; or None: all.
-            select: of these particles alone.
-            names: one or several, these alone; default all.
-            slices: a column, or (column, count): also of even slices along it; (column, count, "charge"): of slices
-                that hold the same charge. "slices" is a dict of the same names, with one number more a slice, and
-                "slice_edges" says where they are.
+            select: only of these particles.
+            names: only these, one or several; default all.
+            slices: a column, or (column, count): also the statistics of even slices along it; (column, count,
+                "charge"): of slices that hold the same charge. "slices" is then a dict of the same names, whose arrays
+                have one more dimension for the slices, and "slice_edges" says where these are.
         """
         particles = self._particles
         asked = queries.steps_of(step, len(self))
@@ -198,17 +199,17 @@ class Dataset:
 
     def histogram(self, x: str, y: Optional[str] = None, *, bins: Any = 100, range: Any = None, step: Steps = None,
                   select: Optional[Selectable] = None, weighted: bool = True) -> Histogram:
-        """A histogram at full data: (H, edges). As numpy has them, H[i] or H[i, j] and the edges of bins, of two
-        columns a tuple of both; with several steps, or all of them (None), H[step, ...]: a waterfall.
+        """A histogram of all data: (H, edges). As in numpy, H[i] or H[i, j] and the edges of the bins, a tuple of both
+        for two columns; with several steps, or all of them (None), H[step, ...]: a waterfall.
 
         Args:
             x, y: columns or derived quantities.
             bins: how many, or one number for each column; 1 to 4096.
-            range: (low, high), or one for each column; or what bins reach over: "run" (default: the values of all
-                steps), "step", or "selection": of one step.
-            step: as of ``statistics``.
-            select: of these particles alone.
-            weighted: by the particles' weight; else a particle counts 1.
+            range: (low, high), or one for each column; or what the bins cover: the values of all steps ("run",
+                the default), of one step ("step"), or of the selection in it ("selection").
+            step: as for ``statistics``.
+            select: only of these particles.
+            weighted: by the particles' weight; otherwise each particle counts 1.
         """
         self._particles
         columns = [x] if y is None else [x, y]
@@ -239,10 +240,10 @@ class Dataset:
 
     def track(self, select: Selectable, columns: Union[str, Sequence[str]],
               step: Steps = None) -> Tuple[NDArray[np.uint64], NDArray[np.float64]]:
-        """The ways of particles through the steps: ids, ascending, and path[step, particle, column].
+        """The paths of particles through the steps: ids, ascending, and path[step, particle, column].
 
-        Where a step lacks a particle its numbers are NaN. The selection says in which step it was made
-        ({"density": {"max": 0.3}, "step": 59}), or is of ids.
+        If a step lacks a particle, its numbers are NaN there. The selection says in which step it was made
+        ({"density": {"max": 0.3}, "step": 59}), or consists of ids.
         """
         from .track import track
 
@@ -255,7 +256,7 @@ class Dataset:
         return track(self.session.connection, self.name, queries.steps_of(step, len(self)), select, names)
 
     def pick(self, view: View, x: float, y: float, radius: Optional[float] = None) -> Optional[Dict[str, Any]]:
-        """The drawn point that is seen nearest to a pixel of a view, with all its columns; None where there is none.
+        """The drawn point that appears nearest to a pixel of a view, with all its columns; None if there is none.
 
         Args:
             view: with a camera.
@@ -285,9 +286,9 @@ class Dataset:
         """A histogram, a waterfall (one column, several steps) or statistics over time, drawn with axes.
 
         Args:
-            x, y: of a histogram: columns or derived quantities.
+            x, y: columns or derived quantities, for a histogram.
             statistics: one or several names of statistics instead.
-            step, select: as of ``histogram``; and of a histogram bins, range, weighted.
+            step, select: as for ``histogram``; also bins, range and weighted, for a histogram.
             options: width, height (mm), font_points, dots_per_inch, dark, log_scale, marginals, ellipse, color_map,
                 title.
         """
@@ -317,9 +318,9 @@ class Dataset:
         """A job that writes particles as openPMD-beamphysics HDF5: ``ds.export(step=3).wait().save("halo.h5")``.
 
         Args:
-            step: as of ``statistics``.
-            select: these particles alone.
-            columns: one or several, beside those without which a file would be of no use to others; default all.
+            step: as for ``statistics``.
+            select: only these particles.
+            columns: one or several, besides those that the format requires; default all.
         """
         self._particles
         if columns is not None:

@@ -48,7 +48,7 @@ def invalid(where: str, message: str) -> Error:
 
 
 class CoarseNumbers(UserWarning):
-    """Numbers of so few particles that the steps in which a column is held tell in them."""
+    """A warning: the numbers are of so few or so close particles that the precision of a column shows in them."""
 
 
 def warn_of(notes: Iterable[str]) -> List[str]:

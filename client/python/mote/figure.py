@@ -15,7 +15,7 @@ _FORMATS = {".png": "PNG", ".svg": "SVG", ".pdf": "PDF"}
 
 
 class Figure:
-    """What Dataset.figure() gives. It is drawn when it is first looked at, and kept."""
+    """The result of Dataset.figure(). It is drawn when it is first looked at, and then kept."""
 
     def __init__(self, session: Session, query: Dict[str, Any], fields: Dict[str, Any]) -> None:
         self._session = session

@@ -31,10 +31,10 @@ class Image:
     """What View.render() gives.
 
     Attributes:
-        linear: float16 (height, width, 4), linear light, where the picture was asked for so; else None.
-        points_drawn: how many points the picture holds.
+        linear: float16 (height, width, 4), linear light, if the picture was asked for with ``linear``; otherwise None.
+        points_drawn: how many points were drawn.
         device: what drew it.
-        milliseconds: what the server needed for it, from the view's arrival on.
+        milliseconds: how long the server took, from the arrival of the view.
     """
 
     def __init__(self, pixels: NDArray[Any], points_drawn: int = 0, device: str = "", milliseconds: float = 0.0) -> None:

@@ -78,7 +78,7 @@ class _Bar:
 
 
 class Job:
-    """A job of the server. It goes on whether it is looked at or not."""
+    """A job of the server. It goes on whether anybody watches it or not."""
 
     def __init__(self, session: Session, identity: str) -> None:
         self._session = session
@@ -86,7 +86,7 @@ class Job:
 
     @property
     def status(self) -> Message:
-        """All that the server tells of it, a JobStatus."""
+        """Everything that the server says about it, a JobStatus."""
         return self._session.connection.jobs[self.id]
 
     @property
@@ -111,12 +111,12 @@ class Job:
 
     @property
     def waits_for(self) -> str:
-        """One sentence: the fault of the place for which it waits; "" where there is none."""
+        """One sentence: what keeps it waiting, such as a full disk; "" if nothing does."""
         return str(self.status.waits_for)
 
     @property
     def interrupted(self) -> int:
-        """How often it was queued again because its run was lost."""
+        """How often it was queued again because it had been interrupted."""
         return int(self.status.interrupted)
 
     @property
@@ -126,19 +126,19 @@ class Job:
 
     @property
     def error(self) -> str:
-        """One sentence, when it failed."""
+        """One sentence, if it failed."""
         return str(self.status.error)
 
     @property
     def output(self) -> str:
-        """What it makes: "ROOT/NAME.mote"; of films and exports nothing."""
+        """The dataset that it makes, "ROOT/NAME.mote"; empty for films and exports."""
         return str(self.status.request.output)
 
     def wait(self, timeout: Optional[float] = None, progress: Optional[bool] = None) -> Job:
-        """Waits for its end, and gives itself. Raises Error where it failed, was cancelled or takes longer.
+        """Waits for its end and returns the job. Raises Error if it failed, was cancelled or takes longer.
 
-        An interrupt ends the waiting and not the job. With ``progress`` a bar is shown, without it none; by default
-        on terminals and in notebooks.
+        An interrupt ends the waiting, not the job. ``progress`` says whether a bar is shown; by default it is on
+        terminals and in notebooks.
         """
         end = None if timeout is None else time.monotonic() + timeout
         bar = _Bar(progress)
@@ -160,20 +160,20 @@ class Job:
         return self
 
     def cancel(self) -> Job:
-        """Asks for its end. Raises Error where the server knows no such job."""
+        """Cancels it. Raises Error if the server knows no such job."""
         message = new("ClientMessage")
         message.cancel_job.id = self.id
         self._session.connection.ask(message, "job")
         return self
 
     def retry(self) -> Job:
-        """What failed or was cancelled, as a new job. Raises Error where it did neither."""
+        """Starts it anew after it failed or was cancelled, and returns the new job. Raises Error if it did neither."""
         message = new("ClientMessage")
         message.retry_job.id = self.id
         return Job(self._session, self._session.connection.ask(message, "job").message.job.id)
 
     def save(self, path: Any, frame: Optional[int] = None) -> None:
-        """Fetches what a film or an export has made, or one picture of a film, into a file."""
+        """Fetches the result of a film or an export, or one picture of a film, into a file."""
         if frame is not None and not 0 <= arguments.whole(frame, "frame") < 2**32:
             raise invalid("frame", f"is one of the film's, from 0 on, not {frame}")
         answer, payload = self._fetch(0, frame)  # what is not there takes no file's place

@@ -133,10 +133,10 @@ class Web:
 
 
 class Live:
-    """What View.show() gives: the view in a cell of a notebook, or in any browser at ``url``.
+    """The result of View.show(): the view in a cell of a notebook, or in any browser at ``url``.
 
     Attributes:
-        url: for one browser: the token in it is good once.
+        url: a link for one browser: its token works once.
     """
 
     def __init__(self, view: View, web: Web) -> None:
@@ -147,14 +147,14 @@ class Live:
 
     @property
     def view(self) -> View:
-        """As it is seen now: what the hand has changed, too."""
+        """The view as it is seen now, including what was changed by hand."""
         from .view import View
 
         return View.from_dict(self._session, to_dict(self._web.get(self._room)))
 
     @property
     def camera(self) -> Optional[Dict[str, Any]]:
-        """From where it is seen now; None until it was drawn, where the view has no camera."""
+        """The current camera; None if the view has none and has not been drawn yet."""
         camera: Optional[Dict[str, Any]] = to_dict(self._web.get(self._room)).get("camera")
         return camera
 

@@ -22,7 +22,7 @@ _UNDER_WAY = 4  # steps whose jobs are not waited for
 
 
 class LiveRun:
-    """What ``session.live`` gives. Steps are taken in the order in which they were sent, each by a job of its own.
+    """The result of ``session.live``. Steps are processed in the order in which they were sent, each by a job of its own.
 
     As a context manager it is closed at the end, unless an exception ends it: then it stays live, and ``session.live``
     goes on with it.
@@ -62,7 +62,7 @@ class LiveRun:
 
     @property
     def dataset(self) -> Dataset:
-        """It, as far as it has come. Raises Error (not_found) before the first step is taken."""
+        """The dataset, as far as it has come. Raises Error (not_found) before the first step is processed."""
         return self._session[self._output[:-len(_SUFFIX)]]
 
     def step(self, arrays: Mapping[str, Any], *, time: Optional[float] = None, iteration: Optional[int] = None) -> Job:
@@ -70,7 +70,7 @@ class LiveRun:
         could not be taken.
 
         Args:
-            arrays: columns by name, as of ``session.prepare_arrays``; the same ones in every step.
+            arrays: columns by name, as for ``session.prepare_arrays``; the same ones in every step.
             time: s.
             iteration: its number, above that of the step before; default: one more than that.
         """

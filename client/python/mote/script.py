@@ -30,7 +30,7 @@ class Script:
 
     @classmethod
     def steps(cls, view: View, steps: Iterable[int]) -> Script:
-        """The same view of several steps, from one camera: where the view has none, one that sees them all."""
+        """The same view of several steps, from one camera; if the view has none, from one that sees all of them."""
         chosen = list(steps)
         still = view if len(chosen) < 2 or view.message.HasField("camera") else view.fit(chosen)
         return cls(still.replace(step=step) for step in chosen)
@@ -56,7 +56,7 @@ class Script:
                 view.forget(request)
 
     def save(self, folder: Any, pattern: str = "frame-{:06d}.png") -> List[str]:
-        """Writes each frame into a folder; the files' names."""
+        """Writes each frame into a folder and returns the names of the files."""
         os.makedirs(folder, exist_ok=True)
         names = []
         for index, image in enumerate(self.frames()):

@@ -28,7 +28,7 @@ def _parts(value: Selectable) -> Dict[str, Any]:
 class Selection(Mapping[str, Any]):
     """A selection that can be combined: ``&``, ``|``, ``~``. It is a mapping of the interface's form.
 
-    One that says nothing selects all particles; a list in it that is there and empty selects none.
+    An empty one selects all particles; a list in it that is present but empty selects none.
     """
 
     # What numpy is on the left of an operator leaves it to us.
@@ -86,7 +86,7 @@ def _flat(name: str, value: Selectable) -> Sequence[Dict[str, Any]]:
 
 
 class Column:
-    """A column or derived quantity; compared with a number it is a selection."""
+    """A column or derived quantity; comparing it with a number makes a selection."""
 
     # A number of numpy's on the left of a comparison leaves it to us.
     __array_ufunc__ = None
@@ -140,34 +140,34 @@ def column(name: str) -> Column:
 
 
 def density(min: Optional[float] = None, max: Optional[float] = None) -> Selection:
-    """By scaled log density of a particle's leaf, 0 to 1: what lies below a bound is a halo."""
+    """By the scaled log density of a particle's leaf, 0 to 1; the halo is what lies below some bound."""
     bounds = {"min": min, "max": max}
     return Selection({"density": {name: value for name, value in bounds.items() if value is not None}})
 
 
 def polygon(columns: Tuple[str, str], points: Any) -> Selection:
-    """What lies in a polygon in the plane of two columns; at least three points (N x 2), even-odd."""
+    """What lies inside a polygon in the plane of two columns; at least three points (N x 2), even-odd rule."""
     return Selection({"polygon": {"columns": arguments.items(columns, "columns"), "points": arguments.items(points, "points")}})
 
 
 def outermost(plane: str, share: float) -> Selection:
-    """The share (0 to 1, of the weight) of greatest single-particle emittance in a plane: "x", "y" or "z"."""
+    """The particles of greatest single-particle emittance in a plane, "x", "y" or "z", that hold this share of the weight."""
     return Selection({"outermost": {"plane": plane, "share": share}})
 
 
 def ids(values: Any) -> Selection:
-    """Particles by the source's own numbers; of no numbers, no particle."""
+    """Particles by their ids in the source; an empty list selects none."""
     return Selection({"ids": sorted(values) if isinstance(values, Set) else arguments.items(values, "ids")})
 
 
 def lasso(camera: Mapping[str, Any], aspect: float, points: Any, transform: Optional[Sequence[float]] = None, *,
           plot: Optional[Mapping[str, Sequence[float]]] = None) -> Selection:
-    """What a closed line on a picture surrounds, however deep; points as parts of its width and height (N x 2).
+    """What a closed line on a picture surrounds, at any depth; points (N x 2) are fractions of its width and height.
 
     Args:
         transform: of the layer, 4 x 4, row by row, layer to world.
-        plot: in which it was drawn: {"x": (min, max), "px": (min, max), "y": (min, max)}, so that it holds the same
-            particles in all plots of the run; default: that of the dataset that is asked.
+        plot: the plot in which it was drawn: {"x": (min, max), "px": (min, max), "y": (min, max)}, so that it holds the same
+            particles in all plots of the run; default: that of the dataset it is used with.
     """
     parts = {"camera": dict(camera), "aspect": aspect, "points": arguments.items(points, "points")}
     if transform is not None:

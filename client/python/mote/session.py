@@ -34,7 +34,7 @@ def _end(connection: Connection, server: Optional[PrivateServer]) -> None:
 
 
 class Session:
-    """What ``connect`` and ``spawn`` give: a mapping of names to datasets, and the server's jobs.
+    """The result of ``connect`` and ``spawn``: a mapping of names to datasets, and the server's jobs.
 
     It ends with ``close()``, as a context manager, when nothing refers to it any more, or with Python; a server that
     it spawned ends with it.
@@ -66,7 +66,7 @@ class Session:
         return Dataset(self, self.describe(name))
 
     def describe(self, name: str) -> Message:
-        """What the server tells of a dataset now, a Description. Raises Error (not_found)."""
+        """What the server says about a dataset now, a Description. Raises Error (not_found)."""
         message = new("ClientMessage")
         message.describe.dataset = name
         return self.connection.ask(message, "description").message.description
@@ -84,7 +84,7 @@ class Session:
 
     @property
     def jobs(self) -> List[Job]:
-        """All jobs that the server knows, the latest first."""
+        """All jobs that the server remembers, the latest first."""
         from .jobs import Job
 
         self.connection.watch_jobs()
@@ -108,12 +108,12 @@ class Session:
         return Job(self, identity)
 
     def submit(self, request: Mapping[str, Any], *, again: bool = False, time_limit: int = 0) -> Job:
-        """A job as its JSON has it (docs/JOBS.md): {"output": ..., "particles": {...}}.
+        """Submits a job, written as in its JSON (docs/JOBS.md): {"output": ..., "particles": {...}}.
 
         Args:
             request: as plain values.
-            again: do it although the same request waits, runs or has its output there; otherwise that job is given.
-            time_limit: of a run, s; 0: the server's, which is never exceeded.
+            again: do it even if the same request is waiting or running, or its output is there; otherwise that job is returned.
+            time_limit: s; 0: the server's, which is never exceeded.
         """
         from .jobs import Job
 
@@ -134,10 +134,10 @@ class Session:
         Args:
             input: "ROOT/PATH", or several of them.
             output: "ROOT/NAME.mote".
-            axes: of particles: three names of quantities (docs/NUMBERS.md), or expressions over such.
+            axes: for particles: three quantities (docs/NUMBERS.md), or expressions over them.
             kind: "particles", "volume", "mesh", "image" or "stipple".
             title: of the dataset.
-            options: of the kind of job, as in docs/JOBS.md: species="electron", steps="0:360:10", columns=["x", "px"].
+            options: those of the kind of job, as in docs/JOBS.md: species="electron", steps="0:360:10", columns=["x", "px"].
         """
         from .jobs import request_of
 
@@ -149,17 +149,16 @@ class Session:
         """Has a dataset prepared from numpy arrays: of one step a dict of columns, of several steps a list of them.
 
         Args:
-            arrays: columns by name (x y z t px py pz weight or charge, id, status or lost or alive; what else there is
-                under a name of its own, "spin" or "spin [hbar]", is kept beside them): numbers in a row, all equally
-                many; a single number stands for all. m, eV/c, s. Particles with values that are not finite, or masked,
-                are left out, with a warning.
-            axes: three of them, derived ones or expressions: "hypot(x, y)".
+            arrays: columns by name (x y z t px py pz weight or charge, id, status or lost or alive; others, such as "spin" or
+                "spin [hbar]", are kept beside them): one-dimensional, all of one length; a single number stands for all
+                particles. m, eV/c, s. Particles with values that are masked or not finite are left out, with a warning.
+            axes: three columns, derived quantities or expressions: "hypot(x, y)".
             output: "ROOT/NAME.mote".
-            mass: of one particle, eV/c^2; needed for energies, slopes need none.
+            mass: of one particle, eV/c^2; energies need it, slopes do not.
             time: of each step, s.
-            iteration: the number of each step; default 0, 1, 2, ...
+            iteration: of each step; default 0, 1, 2, ...
             title: of the dataset.
-            options: as of ``prepare``: volume_level, bounds, columns.
+            options: as for ``prepare``: volume_level, bounds, columns.
         """
         from .arrays import checked_mass, kept_columns, upload_steps
         from .jobs import axis_names, request_of
@@ -178,15 +177,15 @@ class Session:
         """A dataset that gets its steps one by one while a simulation runs, and that anybody can look at meanwhile:
         run = s.live("data/live.mote", axes=["x", "px", "y"]); run.step({"x": x, "px": px, "y": y}); run.close().
 
-        Where the dataset is there and live, as after the script ended early, it goes on with it.
+        If the dataset is there and live, as it is after a script has ended early, the run continues it.
 
         Args:
             output: "ROOT/NAME.mote".
-            axes: three of them, as of ``prepare_arrays``.
+            axes: three of them, as for ``prepare_arrays``.
             mass: of one particle, eV/c^2.
             title: of the dataset.
-            options: as of ``prepare``: bounds, bounds_of="step", volume_level, columns. Without bounds, those of the
-                first step are those of all.
+            options: as for ``prepare``: bounds, bounds_of="step", volume_level, columns. Without bounds, those of the
+                first step hold for all.
         """
         from .live_run import LiveRun
 
@@ -196,10 +195,10 @@ class Session:
         """Has the server make a film (docs/SCRIPTS.md); ``job.wait().save("film.mp4")`` fetches it.
 
         Args:
-            script: a Script, or a script as its JSON has it.
-            video: "mp4", "webm" or "gif"; "": its pictures alone.
+            script: a Script, or a script as in its JSON.
+            video: "mp4", "webm" or "gif"; "": only its pictures.
             title: of the job.
-            options: of the job: quality, samples, shutter_degrees, subframes, format.
+            options: those of the job: quality, samples, shutter_degrees, subframes, format.
         """
         return self.submit({"title": title, "film": {"script": script, "video": video, **options}})
 
@@ -266,7 +265,7 @@ def connect(file: Union[str, os.PathLike[str]], *, background: bool = False) -> 
     """A session with the server of a connection file. Raises Error.
 
     Args:
-        file: what mote-server --connection wrote.
+        file: the connection file that mote-server --connection wrote.
         background: pictures are made only while nobody else waits for one.
     """
     return Session(Connection(os.path.abspath(os.fspath(file)), _CLIENT, background))
@@ -280,8 +279,8 @@ def spawn(roots: Optional[Mapping[str, Any]] = None, *, program: Optional[Union[
         roots: names of folders with datasets, or as keywords: mote.spawn(data="plots").
         program: mote-server; default: MOTE_SERVER in the environment, or what is in PATH or in the source tree's build.
         device: "auto", "cpu" or "egl".
-        memory: that the server may use: "8G".
-        threads: of its jobs and of the cpu device.
+        memory: what the server may use, such as "8G".
+        threads: for its jobs and the cpu device.
     """
     folders: Dict[str, str] = {name: os.fsdecode(folder) for name, folder in {**(roots or {}), **more}.items()}
     options = ["--device", device]

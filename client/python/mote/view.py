@@ -79,12 +79,12 @@ class Layer:
         dataset: what is shown.
         step: index into the dataset's steps; negative ones count from the end.
         style: the fields of the dataset's kind in a script: {"volume": {...}, "points": {...}} of particles.
-        kind: another style than the dataset's own: "ink".
+        kind: a style other than the dataset's own: "ink".
         color_by: a column's name, (name, (low, high)), or a dict with "column", "range", "colorMap", "ofPixel".
-        select: these particles alone.
+        select: only these particles.
         highlight: a selection that is drawn over the others, or a dict with "selection", "color", "sizePixels".
         towards: (step, share): the layer is this share of the way to another step.
-        paths: ids whose ways through all steps are drawn, or a dict with "ids", "color", "width".
+        paths: ids whose paths through all steps are drawn, or a dict with "ids", "color", "width".
         opacity: of the whole layer, 0 to 1.
         transform: 4 x 4, row by row, layer to world.
         name: what people call it.
@@ -120,13 +120,13 @@ class View:
         step: of a Dataset; negative ones count from the end.
         size: width and height in pixels.
         camera: {"eye": ..., "target": ..., "up": ..., "fovYDegrees": ...}; default: fits the layers.
-        background: three numbers, sRGB, 0 to 1; default black.
+        background: three numbers, sRGB, 0 to 1; default black, or white if all layers are ink or stipples.
         annotations: True (all), a title, or a dict with "axes", "colorBar", "scaleBar", "labels", "title", ...
         selections: {name: selection} that layers may name.
         space: "metres": each layer lies where it is: a plot along x, y and z by its axes, volumes and meshes by their unit.
-        stretch: with space, what places in metres are times, along x, y and z.
-        depth_contrast: 0 to 1, how much plainer it is made which of two layers is in front.
-        layer: further options of a Dataset's Layer: style, color_by, select, highlight, ...
+        stretch: with space, factors for the places along x, y and z.
+        depth_contrast: 0 to 1, how much clearer the picture makes which of two layers is in front.
+        layer: further options of the Layer of a Dataset: style, color_by, select, highlight, ...
 
     >>> mote.View(ds, step=-1, size=(1280, 720), color_by="energy", annotations=True).render()   # doctest: +SKIP
     """
@@ -149,14 +149,14 @@ class View:
 
     @classmethod
     def from_dict(cls, session: Session, fields: Mapping[str, Any]) -> View:
-        """A view as a script or mote-view's file has it. Raises Error with the path of what is wrong."""
+        """A view written as in a script or a file of mote-view. Raises Error with the path of what is wrong."""
         view = cls.__new__(cls)
         view._session = session
         view._message = to_message("View", fields)
         return view
 
     def to_dict(self) -> Dict[str, Any]:
-        """The view as a script has it, with JSON's names."""
+        """The view as in a script, with JSON's names."""
         return to_dict(self._message)
 
     def replace(self, **fields: Any) -> View:
@@ -177,9 +177,9 @@ class View:
         return View.from_dict(self._session, {**plain, **fields})
 
     def fit(self, steps: Iterable[int] = ()) -> View:
-        """The same view with the camera of one that has none: it sees all that the layers show, also in these steps.
+        """The same view with the camera that it would get without one: it sees all that the layers show, in these steps too.
 
-        With many steps, as many as a view has layers for decide, evenly among them.
+        Of many steps, as many as a view has layers for are looked at, evenly among them.
         """
         message: Message = new("View")
         message.CopyFrom(self._message)
@@ -241,12 +241,12 @@ class View:
         return Image(decode_frame(frame, payload), frame.points_drawn, frame.device, frame.total_ms)
 
     def show(self, height: int = 540, *, program: Optional[str] = None, host: str = "localhost") -> Live:
-        """Shows it live: in a notebook in the cell, where it is turned by hand, with the still picture beside it.
+        """Shows it live, in a notebook's cell, where it can be turned with the mouse, with the still picture beneath it.
 
         Args:
             height: of the cell's frame, pixels.
             program: mote-web; default: MOTE_WEB, the one in PATH, or the source tree's.
-            host: by which name browsers reach this machine's loopback: the one in the notebook's own address.
+            host: the name by which browsers reach this machine: the one in the notebook's own address.
 
         >>> live = mote.View(ds).show(); live.camera; live.update(mote.View(ds, step=5))   # doctest: +SKIP
         """
@@ -255,7 +255,7 @@ class View:
         return show(self, height, program, host)
 
     def forget(self, request: int) -> None:
-        """The picture that was asked for is not wanted any more."""
+        """Says that the picture that was asked for is no longer wanted."""
         self._session.connection.forget(request)
 
     def render(self, linear: bool = False) -> Image:
