@@ -13,6 +13,7 @@
 #include "server/frames/page_sight.h"
 #include "server/frames/quality_controller.h"
 #include "server/frames/render_schedule.h"
+#include "server/frames/scene_maker.h"
 #include "server/render/device.h"
 #include "server/render/layers/scene.h"
 #include "server/render/plan/frame_plan.h"
@@ -58,6 +59,7 @@ struct PictureHistory {
     std::vector<const render::GridField*> hybrids = {};  ///< likewise; not held, only told apart
     double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
     DotHistory dots = {};
+    PlotBoxes boxes = {};                    ///< of the latest view that has axes
     std::unique_ptr<Draft> draft = {};       ///< of the latest job, where it gave way
     std::optional<MemoryWait> wait = {};     ///< of the latest job
     std::shared_ptr<MeanPicture> mean = {};  ///< the latest, where the latest job was between steps

@@ -339,7 +339,10 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
     MOTE_RETURN_IF_ERROR(checkTowards(job.task->view, steps_));
     View whole = job.task->view;
     MOTE_RETURN_IF_ERROR(placeLayers(whole, steps_));
-    MOTE_ASSIGN_OR_RETURN(const bool fitted, fitLayers(whole, steps_));
+    MOTE_ASSIGN_OR_RETURN(bool fitted, fitLayers(whole, steps_));
+    if (fitted) {
+        MOTE_ASSIGN_OR_RETURN(fitted, boxPlots(whole, job.stage, steps_, history.boxes));
+    }
     View view = viewAt(std::move(whole), job.part ? job.part->place : nearestPlace);
     const auto stipples = [](const Layer& layer) {
         return layer.opacity > 0.0 && layer.stipple() && !layer.stipple()->source().empty();

@@ -22,6 +22,7 @@ PictureHistory historyFor(const ViewTask& task, const PictureHistory& history) {
             .hybrids = history.hybrids,
             .exactPoints = history.exactPoints,
             .dots = task.finalOnly ? copyOf(history.dots) : history.dots,
+            .boxes = history.boxes,
             .wait = history.wait};
 }
 
@@ -42,6 +43,7 @@ Result<std::unique_ptr<Draft>> Planning::take(PictureHistory& history, Making& w
     history.hybrids = std::move(history_.hybrids);
     history.exactPoints = history_.exactPoints;
     history.dots = std::move(history_.dots);
+    history.boxes = std::move(history_.boxes);
     history.wait = std::move(history_.wait);
     why = std::move(why_);
     return std::move(draft_);

@@ -52,26 +52,41 @@ Status checkTowards(const View& view, StepSource& data) {
 
 namespace {
 
-/// False where its data are on their way.
-Result<bool> showLayer(const Layer& layer, bool onLight, StepSource& data, CameraFit& fit) {
-    fit.enter(layer.transform, layer.clips());
-    const auto show = [&](std::uint32_t step) {
-        return std::visit(
-            [&](const auto& style) {
-                return shownOf(style, ShownLayer{layer, step, onLight}, data, fit);
-            },
-            layer.style);
+/// What of a layer is seen, in its space; not ready where its data are on their way.
+struct Seen {
+    bool ready = true;
+    std::optional<Bounds> box = {};
+};
+
+/// Between two steps a camera sees both, and the box is as far on its way as the layer.
+Result<Seen> showLayer(const Layer& layer, bool onLight, StepSource& data, CameraFit& fit) {
+    const auto show = [&](std::uint32_t step) -> Result<Seen> {
+        fit.enter(layer.transform, layer.clips());
+        MOTE_ASSIGN_OR_RETURN(const bool ready,
+                              std::visit(
+                                  [&](const auto& style) {
+                                      return shownOf(style, ShownLayer{layer, step, onLight}, data, fit);
+                                  },
+                                  layer.style));
+        return Seen{ready, fit.inLayer()};
     };
-    MOTE_ASSIGN_OR_RETURN(bool ready, show(layer.step));
+    MOTE_ASSIGN_OR_RETURN(auto seen, show(layer.step));
     if (layer.towards && layer.towards->step != layer.step) {
-        MOTE_ASSIGN_OR_RETURN(const bool other, show(layer.towards->step));
-        ready = ready && other;
+        MOTE_ASSIGN_OR_RETURN(const auto other, show(layer.towards->step));
+        const double share = layer.towards->share;
+        seen.ready = seen.ready && other.ready;
+        if (seen.box && other.box)
+            seen.box = {glm::mix(seen.box->min, other.box->min, share),
+                        glm::mix(seen.box->max, other.box->max, share)};
+        else if (other.box)
+            seen.box = other.box;
     }
-    if (!ready || fit.inLayer()) return ready;
+    if (!seen.ready || seen.box) return seen;
     // Nothing of it is seen: it is looked for where it would be.
     MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
     fit.add(datasetBounds(*entry.manifest));
-    return true;
+    seen.box = fit.inLayer();
+    return seen;
 }
 
 /// Axes stand a little off what they are the axes of.
@@ -81,13 +96,39 @@ Bounds besideAxes(const Bounds& shown) {
     return {glm::max(shown.min - off, plotBounds.min), glm::min(shown.max + off, plotBounds.max)};
 }
 
+bool hasAxes(const View& view) {
+    return view.annotations && view.annotations->axes();
+}
+
 /// With boxes around plots that annotations draw.
 void addAxes(const View& view, std::size_t index, std::optional<Bounds>& shown, CameraFit& fit) {
     const Layer& layer = view.layers[index];
-    if (!shown || !layer.particles() || !view.annotations || !view.annotations->axes()) return;
+    if (!shown || !layer.particles() || !hasAxes(view)) return;
     shown = besideAxes(*shown);
     fit.enter(layer.transform);
     fit.add(*shown);
+}
+
+/// Fits a camera to all layers, or to plots alone, and tells the boxes of these layers.
+Result<bool> showLayers(View& view, bool plotsAlone, StepSource& data, std::optional<CameraFit>& fit) {
+    bool ready = true;
+    view.shown.assign(view.layers.size(), std::nullopt);
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const Layer& layer = view.layers[i];
+        if (!isFitted(layer)) continue;
+        const auto found = data.dataset(layer.dataset);
+        if (!found.ok()) return inLayer(i, found.error());
+        if (plotsAlone && !found->manifest->has_particles()) continue;
+        if (!fit)
+            fit.emplace(outlookOf(datasetOutlook(*found->manifest), layer.transform), view.aspect(),
+                        fitMargin(view));
+        const auto seen = showLayer(layer, isLight(view.background), data, *fit);
+        if (!seen.ok()) return inLayer(i, seen.error());
+        ready = seen->ready && ready;
+        view.shown[i] = seen->box;
+        addAxes(view, i, view.shown[i], *fit);
+    }
+    return ready;
 }
 
 }  // namespace
@@ -102,24 +143,36 @@ Status placeLayers(View& view, StepSource& data) {
 Result<bool> fitLayers(View& view, StepSource& data) {
     if (!view.cameraFitted) return true;
     std::optional<CameraFit> fit;
-    bool ready = true;
-    view.shown.assign(view.layers.size(), std::nullopt);
-    for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        const Layer& layer = view.layers[i];
-        if (!isFitted(layer)) continue;
-        const auto found = data.dataset(layer.dataset);
-        if (!found.ok()) return inLayer(i, found.error());
-        if (!fit)
-            fit.emplace(outlookOf(datasetOutlook(*found->manifest), layer.transform), view.aspect(),
-                        fitMargin(view));
-        const auto shown = showLayer(layer, isLight(view.background), data, *fit);
-        if (!shown.ok()) return inLayer(i, shown.error());
-        ready = *shown && ready;
-        view.shown[i] = fit->inLayer();
-        addAxes(view, i, view.shown[i], *fit);
-    }
+    MOTE_ASSIGN_OR_RETURN(const bool ready, showLayers(view, false, data, fit));
     if (fit && ready) view.camera = fit->camera();
     return ready;
+}
+
+Result<bool> boxPlots(View& view, Stage stage, StepSource& data, PlotBoxes& known) {
+    if (!hasAxes(view)) return true;
+    PlotBoxes now{view.layers, isLight(view.background), {}, {}};
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const auto found = data.dataset(view.layers[i].dataset);
+        if (!found.ok()) return inLayer(i, found.error());
+        now.manifests.push_back(found->manifest);
+    }
+    if (now.isOfThoseOf(known)) {
+        view.shown = known.shown;
+        return true;
+    }
+    if (!view.cameraFitted) {
+        std::optional<CameraFit> unseen;
+        MOTE_ASSIGN_OR_RETURN(const bool ready, showLayers(view, true, data, unseen));
+        if (!ready && stage != Stage::quick) return false;
+        if (!ready) {
+            view.shown = known.shown;
+            view.shown.resize(view.layers.size());
+            return true;
+        }
+    }
+    now.shown = view.shown;
+    known = std::move(now);
+    return true;
 }
 
 View besideDots(View view, std::size_t index) {

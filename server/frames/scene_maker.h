@@ -5,8 +5,10 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
@@ -34,6 +36,24 @@ Status placeLayers(View& view, StepSource& data);
 /// both of them, and tells their boxes in View::shown. False where data are on their way: all that is missing
 /// was asked for. Errors: of StepSource, with the layer's place.
 Result<bool> fitLayers(View& view, StepSource& data);
+
+/// What axes stand around: the boxes of layers, and what they were found of. A value.
+struct PlotBoxes {
+    std::vector<Layer> layers = {};
+    bool onLight = false;                                                ///< the background is light
+    std::vector<std::shared_ptr<const proto::Manifest>> manifests = {};  ///< of the layers' datasets
+    std::vector<std::optional<Bounds>> shown = {};                       ///< as View::shown
+
+    /// Whether these layers have the boxes of those.
+    bool isOfThoseOf(const PlotBoxes& other) const {
+        return onLight == other.onLight && manifests == other.manifests && layers == other.layers;
+    }
+};
+
+/// Tells the boxes that the axes of a view stand around, whether its camera was fitted (fitLayers()) or said:
+/// a hand that takes a fitted view changes no box. `known`: those of the picture before, of which a picture
+/// in motion has those whose data are on their way; of another they are waited for. Errors: as fitLayers().
+Result<bool> boxPlots(View& view, Stage stage, StepSource& data, PlotBoxes& known);
 
 /// What is seen beside the dots of layer `index`, which stipples those before it: what it leaves of them, and
 /// those after it.

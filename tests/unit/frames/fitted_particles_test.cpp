@@ -89,5 +89,54 @@ TEST(FittedParticles, TheCameraIsThatOfAllPointsThatMayBeSeen) {
     }
 }
 
+std::string withAxes(const std::string& layer) {
+    return "{'width': 160, 'height': 90, 'annotations': {'axes': true}, 'layers': [" + layer + "]}";
+}
+
+/// The box that axes stand around, of a view with the camera that it came with or was given.
+std::optional<Bounds> boxOf(View view, MemorySource& source) {
+    PlotBoxes unknown;
+    EXPECT_TRUE(fitLayers(view, source).value());
+    EXPECT_TRUE(boxPlots(view, Stage::exact, source, unknown).value());
+    return view.shown.at(0);
+}
+
+TEST(FittedParticles, AHandThatTakesTheViewChangesNoAxes) {
+    std::mt19937 dice(8);
+    for (int round = 0; round < 50; ++round) {
+        MemorySource source;
+        source.add("test/beam", {clustersOf(dice)});
+        auto view = test::viewOf(withAxes(layerOf(dice)));
+        const auto fitted = boxOf(view, source);
+        ASSERT_TRUE(fitted);
+        view.cameraFitted = false;
+        EXPECT_EQ(boxOf(view, source), fitted) << round;
+        PlotBoxes known;
+        EXPECT_TRUE(boxPlots(view, Stage::quick, source, known).value());
+        View turned = view;
+        turned.camera.eye.x += 1.0;
+        EXPECT_TRUE(boxPlots(turned, Stage::quick, source, known).value());
+        EXPECT_EQ(turned.shown.at(0), fitted);
+    }
+}
+
+TEST(FittedParticles, OnTheWayToAnotherStepAxesGoWithIt) {
+    const auto at = [](double place) {
+        return test::MemoryStep::make({{glm::dvec3(place), 1.0}, {glm::dvec3(place + 0.1), 1.0}}, {});
+    };
+    MemorySource source;
+    source.add("test/beam", {at(0.1), at(0.7)});
+    const auto box = [&](const std::string& rest) {
+        return *boxOf(test::viewOf(withAxes("{'dataset': 'test/beam', 'particles': {}" + rest + "}")),
+                      source);
+    };
+    const Bounds first = box(""), last = box(", 'step': 1");
+    const Bounds between = box(", 'towards': {'step': 1, 'share': 0.25}");
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_NEAR(between.min[i], 0.75 * first.min[i] + 0.25 * last.min[i], 1e-12);
+        EXPECT_NEAR(between.max[i], 0.75 * first.max[i] + 0.25 * last.max[i], 1e-12);
+    }
+}
+
 }  // namespace
 }  // namespace mote::server
