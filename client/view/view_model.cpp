@@ -11,6 +11,7 @@
 #include "client/view/numbers/quantities.h"
 #include "client/view/slider_values.h"
 #include "protocol/scene/dataset.h"
+#include "protocol/scene/film/sized_script.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/write_fields.h"
 
@@ -505,8 +506,7 @@ void ViewModel::keepFitted() {
 }
 
 void ViewModel::annotateAsUsual() {
-    numbers.annotations.set_axes(true);
-    numbers.annotations.set_color_bar(true);
+    numbers.annotations = annotatedAsUsual(std::move(numbers.annotations));
 }
 
 void ViewModel::setCamera(const Camera& camera) {

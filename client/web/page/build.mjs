@@ -39,6 +39,14 @@ function colorMaps() {
     return `export const colorMaps: Record<string, string[]> = ${JSON.stringify(Object.fromEntries(maps))};\n`;
 }
 
+/// What the viewer's first picture says beside what it shows, as a value of the page's.
+function annotations() {
+    const text = fs.readFileSync(path.join(root, 'protocol/scene/film/sized_script.h'), 'utf8');
+    const names = [...text.match(/usualAnnotations\{([^}]*)\}/)[1].matchAll(/"(\w+)"/g)].map((found) =>
+        found[1].replace(/_(.)/g, (_, letter) => letter.toUpperCase()));
+    return `export const usualAnnotations = {${names.map((name) => `${name}: true`).join(', ')}};\n`;
+}
+
 function generate() {
     fs.rmSync(inWork('src'), {recursive: true, force: true});
     fs.cpSync(path.join(sources, 'src'), inWork('src'), {recursive: true});
@@ -48,6 +56,7 @@ function generate() {
     run(protoc, [`--plugin=protoc-gen-es=${tool('.bin/protoc-gen-es')}`, `--es_out=${generated}`, '--es_opt=target=ts',
                  '-I', root, 'protocol/options.proto', 'protocol/mote.proto']);
     fs.writeFileSync(path.join(generated, 'color_maps.ts'), colorMaps());
+    fs.writeFileSync(path.join(generated, 'annotations.ts'), annotations());
 }
 
 async function bundle() {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/film/sized_script.h"
 
+#include <string>
 #include <utility>
 
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/mote_check.h"
 
 namespace mote {
 
@@ -17,6 +19,15 @@ void eachView(proto::Script& script, const Take& take) {
 }
 
 }  // namespace
+
+proto::Annotations annotatedAsUsual(proto::Annotations annotations) {
+    for (const auto name : usualAnnotations) {
+        const auto* const field = proto::Annotations::descriptor()->FindFieldByName(std::string(name));
+        MOTE_CHECK(field != nullptr);
+        annotations.GetReflection()->SetBool(&annotations, field, true);
+    }
+    return annotations;
+}
 
 proto::Script annotatedScript(proto::Script script) {
     eachView(script, [](proto::View& view) {

@@ -85,12 +85,29 @@ export function quantity(value: number, unit: string, digits = 5): string {
     return `${trimmed(value / factor, digits)} ${prefix}${unit}`;
 }
 
-/// Gives a place these children. What is there in this order already stays: a press on it goes on, and so does focus.
+/// Gives a place these children. Those that are there stay there, and only what is new, gone or elsewhere moves: a press
+/// on what stays goes on, and so does focus.
 export function setChildren(place: Element, children: HTMLElement[]): void {
-    if (children.length === place.children.length && children.every((child, i) => child === place.children[i])) return;
     const focused = document.activeElement;
-    place.replaceChildren(...children);
-    if (focused instanceof HTMLElement && place.contains(focused)) focused.focus({preventScroll: true});
+    const wanted = new Set<Element>(children);
+    for (const child of [...place.children]) if (!wanted.has(child)) child.remove();
+    let at = place.firstElementChild;
+    for (const child of children) {
+        if (child === at) at = at.nextElementSibling;
+        else place.insertBefore(child, at);
+    }
+    if (focused instanceof HTMLElement && focused !== document.activeElement && place.contains(focused))
+        focused.focus({preventScroll: true});
+}
+
+/// Gives a select these values and what people read of them; where they are there already, it stays as it is.
+export function setOptions(select: HTMLSelectElement, options: [string, string][]): void {
+    const same = select.options.length === options.length &&
+        options.every(([value, text], i) => select.options[i].value === value && select.options[i].text === text);
+    if (same) return;
+    const {value} = select;
+    select.replaceChildren(...options.map(([each, text]) => h('option', {value: each}, text)));
+    if (options.some(([each]) => each === value)) select.value = value;
 }
 
 let messageTimer = 0;

@@ -4,7 +4,7 @@
 // direction from which it is seen.
 import {create, type DescField, type Message} from '@bufbuild/protobuf';
 import {lookFrom, toggleProjection} from './camera';
-import {h, iconButton} from './dom';
+import {h, iconButton, setChildren, setOptions} from './dom';
 import {AnnotationsSchema, CameraSchema, ColorBySchema, LayerSchema, PointsStyleSchema, PointsStyle_KnotSchema, ViewSchema, type Layer, type Manifest} from
     './generated/protocol/mote_pb';
 import {layerKinds, type LayerKind, type Model} from './model';
@@ -19,6 +19,7 @@ export const columnsOf = (manifest: Manifest | undefined): string[] => {
 };
 
 const mostNameBytes = 200;
+let lastName = 0;
 
 /// What of a typed text a layer can be called (protocol/mote.proto): no control characters, and not too long.
 function nameOf(typed: string): string {
@@ -32,27 +33,57 @@ function nameOf(typed: string): string {
     return name.trim();
 }
 
+/// The section of a layer. It stays while the layer does, so that a press on a control ends on it and what has the focus
+/// keeps it; what it says of the layer's kind is made anew for another kind alone.
+interface Row {
+    layer: Layer;
+    manifest: Manifest | undefined;
+    kind: string | undefined;
+    readonly place: HTMLElement;
+    /// What the layer is like now.
+    refresh(): void;
+}
+
 export class LayerPanels {
     onSave: () => void = () => {};
     onOpen: (file: File) => void = () => {};
+    private rows: Row[] = [];
+    private whole: HTMLElement[] | undefined;
 
     constructor(private readonly place: HTMLElement, private readonly model: Model) {}
 
     draw(): void {
         const {layers} = this.model.view;
-        this.place.replaceChildren(...layers.map((layer, index) => this.layer(layer, index)),
-                                   ...(layers.length > 0 ? [this.picture(), this.camera()] : []));
+        const before = [...this.rows];
+        const take = (test: (row: Row) => boolean): Row | undefined => {
+            const at = before.findIndex(test);
+            return at < 0 ? undefined : before.splice(at, 1)[0];
+        };
+        // A view that was loaded has layers of its own, which may be those of before.
+        const kept = layers.map((layer) => take((row) => row.layer === layer));
+        this.rows = layers.map((layer, i) => kept[i] ?? take((row) => row.layer.dataset === layer.dataset) ?? this.row(layer));
+        this.rows.forEach((row, i) => {
+            row.layer = layers[i];
+            row.refresh();
+        });
+        this.whole ??= [this.picture(), this.camera()];
+        setChildren(this.place, layers.length > 0 ? [...this.rows.map(({place}) => place), ...this.whole] : []);
+        this.refresh();
     }
 
-    private settings(layer: Layer): PanelSettings {
-        const manifest = this.model.manifests.get(layer.dataset);
+    /// Fields may have other values.
+    private refresh(): void {
+        for (const each of this.place.querySelectorAll('.row, .curve-box')) each.dispatchEvent(new Event(refreshEvent));
+    }
+
+    private settings(row: Row): PanelSettings {
         return {
             changed: (moving, field) => {
-                this.complete(layer, field);
+                this.complete(row.layer, field);
                 this.model.wanted(moving);
             },
-            words: (field) => field.name === 'column' ? columnsOf(manifest) : undefined,
-            domain: (field) => domainOf(field, layer, manifest),
+            words: (field) => field.name === 'column' ? columnsOf(row.manifest) : undefined,
+            domain: (field) => domainOf(field, row.layer, row.manifest),
         };
     }
 
@@ -64,81 +95,105 @@ export class LayerPanels {
         if (field.name === 'linked' && points.linked !== false) points.curve = [];
         if (field.name === 'linked' && points.linked === false && points.curve.length === 0)
             points.curve = [create(PointsStyle_KnotSchema, {density: 0, fraction: 1})];
-        for (const each of this.place.querySelectorAll('.row, .curve-box')) each.dispatchEvent(new Event(refreshEvent));
+        this.refresh();
     }
 
-    private layer(layer: Layer, index: number): HTMLElement {
-        const manifest = this.model.manifests.get(layer.dataset);
-        const settings = this.settings(layer);
-        const kindField = LayerSchema.oneofs.find((oneof) => oneof.name === 'kind')!
-            .fields.find((field) => field.localName === layer.kind.case)!;
-        const style: Place = {get: () => layer.kind.value as Message | undefined, make: () => layer.kind.value as Message};
-        const whole: Place = {get: () => layer, make: () => layer};
-        const rows = [messagePanel(kindField.message!, style, settings),
-                      messagePanel(LayerSchema, whole, {...settings, skip: ['transform', 'hidden']})];
-        if (manifest?.particles && columnsOf(manifest).length > 0) rows.push(this.colorBy(layer, settings));
+    private row(layer: Layer): Row {
+        const heading = h('span', {title: layer.dataset});
+        const eye = this.eye(() => row.layer);
+        const remove = iconButton('close', '', () => this.model.remove(this.model.view.layers.indexOf(row.layer)));
         const dataset = layer.dataset.slice(layer.dataset.indexOf('/') + 1);
-        const name = layer.name || dataset;
-        const remove = this.model.view.layers.length > 1
-            && iconButton('close', `Remove ${name}`, () => this.model.remove(index));
-        return h('section', {class: 'section', 'aria-label': name},
-                 h('h2', {}, h('span', {title: layer.dataset}, name), this.eye(layer, name), remove),
-                 this.name(layer, dataset), this.kind(layer, manifest), ...rows);
+        const [name, nameRow] = this.name(() => row.layer, dataset);
+        const [kind, kindRow] = this.kind(() => row.layer);
+        const style = h('div');
+        const place = h('section', {class: 'section'}, h('h2', {}, heading, remove, eye), nameRow, kindRow, style);
+        const refresh = () => {
+            const called = row.layer.name || dataset;
+            heading.textContent = called;
+            place.setAttribute('aria-label', called);
+            for (const [button, act] of [[eye, 'Show'], [remove, 'Remove']] as const) {
+                button.setAttribute('aria-label', `${act} ${called}`);
+                button.title = `${act} ${called}`;
+            }
+            eye.setAttribute('aria-pressed', String(!row.layer.hidden));
+            remove.hidden = this.model.view.layers.length < 2;
+            if (name !== document.activeElement) name.value = row.layer.name;
+            const manifest = this.model.manifests.get(row.layer.dataset);
+            if (row.kind === row.layer.kind.case && row.manifest === manifest) return;
+            row.kind = row.layer.kind.case;
+            row.manifest = manifest;
+            const kinds = layerKinds(manifest?.kind ?? '');
+            kindRow.hidden = kinds.length < 2;
+            setOptions(kind, kinds.map((each) => [each, each === 'ink' ? 'pen and ink' : each]));
+            kind.value = row.kind ?? '';
+            style.replaceChildren(...this.style(row));
+        };
+        const row: Row = {layer, manifest: undefined, kind: undefined, place, refresh};
+        return row;
+    }
+
+    /// What its kind has to be set.
+    private style(row: Row): HTMLElement[] {
+        const settings = this.settings(row);
+        const kindField = LayerSchema.oneofs.find((oneof) => oneof.name === 'kind')!
+            .fields.find((field) => field.localName === row.layer.kind.case)!;
+        const style: Place = {get: () => row.layer.kind.value as Message | undefined, make: () => row.layer.kind.value as Message};
+        const whole: Place = {get: () => row.layer, make: () => row.layer};
+        const panels = [messagePanel(kindField.message!, style, settings),
+                        messagePanel(LayerSchema, whole, {...settings, skip: ['transform', 'hidden']})];
+        if (row.manifest?.particles && columnsOf(row.manifest).length > 0) panels.push(this.colorBy(row, settings));
+        return panels;
     }
 
     /// Whether the layer is drawn.
-    private eye(layer: Layer, name: string): HTMLElement {
-        const button = iconButton('eye', `Show ${name}`, () => {
-            layer.hidden = !layer.hidden;
-            button.setAttribute('aria-pressed', String(!layer.hidden));
+    private eye(layer: () => Layer): HTMLElement {
+        const button = iconButton('eye', '', () => {
+            layer().hidden = !layer().hidden;
+            button.setAttribute('aria-pressed', String(!layer().hidden));
             this.model.wanted();
-        }, {'aria-pressed': !layer.hidden});
+        });
         return button;
     }
 
     /// What people call it.
-    private name(layer: Layer, dataset: string): HTMLElement {
-        const id = `layer-name-${this.model.view.layers.indexOf(layer)}`;
-        const input = h('input', {type: 'text', id, value: layer.name, placeholder: dataset});
+    private name(layer: () => Layer, dataset: string): [HTMLInputElement, HTMLElement] {
+        const id = `layer-name-${++lastName}`;
+        const input = h('input', {type: 'text', id, placeholder: dataset});
         input.addEventListener('change', () => {
-            layer.name = nameOf(input.value);
+            layer().name = input.value = nameOf(input.value);
             this.model.wanted();
             this.model.onLayers();
         });
-        return h('div', {class: 'row'}, h('label', {for: id}, 'Name'), input);
+        return [input, h('div', {class: 'row'}, h('label', {for: id}, 'Name'), input)];
     }
 
-    private kind(layer: Layer, manifest: Manifest | undefined): HTMLElement | undefined {
-        const kinds = layerKinds(manifest?.kind ?? '');
-        if (kinds.length < 2) return undefined;
-        const select = h('select', {'aria-label': 'Drawn as'},
-                         ...kinds.map((kind) => h('option', {value: kind}, kind === 'ink' ? 'pen and ink' : kind)));
-        select.value = layer.kind.case ?? '';
+    private kind(layer: () => Layer): [HTMLSelectElement, HTMLElement] {
+        const select = h('select', {'aria-label': 'Drawn as'});
         select.addEventListener('change', () => {
             const kind = select.value as LayerKind;
-            layer.kind = create(LayerSchema, {kind: {case: kind, value: {}} as never}).kind;
+            layer().kind = create(LayerSchema, {kind: {case: kind, value: {}} as never}).kind;
             this.model.wanted();
             this.model.onLayers();
         });
-        return h('div', {class: 'row'}, h('label', {}, 'Drawn as'), select);
+        return [select, h('div', {class: 'row', hidden: true}, h('label', {}, 'Drawn as'), select)];
     }
 
-    private colorBy(layer: Layer, settings: PanelSettings): HTMLElement {
-        const place: Place = {get: () => layer.colorBy, make: () => layer.colorBy ??= create(ColorBySchema)};
+    private colorBy(row: Row, settings: PanelSettings): HTMLElement {
+        const place: Place = {get: () => row.layer.colorBy, make: () => row.layer.colorBy ??= create(ColorBySchema)};
         const changed = (moving: boolean, field: DescField) => {
-            if (layer.colorBy && !layer.colorBy.column) layer.colorBy = undefined;
+            if (row.layer.colorBy && !row.layer.colorBy.column) row.layer.colorBy = undefined;
             settings.changed(moving, field);
         };
-        return h('details', {class: 'group', open: !!layer.colorBy}, h('summary', {}, 'Colour by'),
+        return h('details', {class: 'group', open: !!row.layer.colorBy}, h('summary', {}, 'Colour by'),
                  messagePanel(ColorBySchema, place, {...settings, changed}));
     }
 
     private picture(): HTMLElement {
-        const {view} = this.model;
-        const changed = (moving: boolean) => this.model.wanted(moving);
-        const whole: Place = {get: () => view, make: () => view};
-        const annotations: Place = {get: () => view.annotations,
-                                    make: () => view.annotations ??= create(AnnotationsSchema)};
+        const {model} = this;
+        const changed = (moving: boolean) => model.wanted(moving);
+        const whole: Place = {get: () => model.view, make: () => model.view};
+        const annotations: Place = {get: () => model.view.annotations,
+                                    make: () => model.view.annotations ??= create(AnnotationsSchema)};
         return h('section', {class: 'section', 'aria-label': 'Picture'}, h('h2', {}, h('span', {}, 'Picture')),
                  messagePanel(ViewSchema, whole, {changed, skip: ['scale']}), messagePanel(AnnotationsSchema, annotations, {
                      changed, skip: ['print_width']}), this.files());

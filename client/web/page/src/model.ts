@@ -3,6 +3,7 @@
 // Model: the view that is wanted, and what is known of its datasets. Whoever changes it says so; it is then asked for
 // once a frame of the screen at most.
 import {clone, create, fromBinary, toBinary} from '@bufbuild/protobuf';
+import {usualAnnotations} from './generated/annotations';
 import {LayerSchema, ViewSchema, type Camera, type Catalogue_Entry, type Layer, type Manifest, type View} from
     './generated/protocol/mote_pb';
 import type {Server} from './server';
@@ -22,7 +23,8 @@ const settleMs = 160;
 const mostLink = 1 << 20;
 
 export class Model {
-    view: View = create(ViewSchema);
+    /// What is opened by hand says the usual beside it; a view of a link, a file or a notebook what it says itself.
+    view: View = create(ViewSchema, {annotations: usualAnnotations});
     /// The camera that is seen by; absent until the server has fitted one.
     camera: Camera | undefined;
     catalogue: Catalogue_Entry[] = [];

@@ -3,7 +3,7 @@
 // Numbers of the particles that are shown or selected: statistics, a histogram of one column or two, the particle that
 // was picked. They are asked for while their tab is seen, for the present step.
 import {create} from '@bufbuild/protobuf';
-import {amount, h, quantity, tell, trimmed} from './dom';
+import {amount, h, quantity, setOptions, tell, trimmed} from './dom';
 import {colorMaps} from './generated/color_maps';
 import {PickQuerySchema, StatisticsQuerySchema, type Histogram, type Picked} from './generated/protocol/mote_pb';
 import {columnsOf} from './layers';
@@ -35,6 +35,7 @@ export class NumbersPanel {
     private readonly picked = h('section', {class: 'section', 'aria-label': 'Picked particle', hidden: true});
     private readonly plot = h('canvas', {class: 'plot', role: 'img', 'aria-label': 'Histogram'});
     private readonly caption = h('p', {class: 'note'});
+    private readonly choices = ['Horizontal', 'Vertical'].map((label) => h('select', {'aria-label': label}));
     private columns: [string, string] = ['', ''];
     private shownFor = '';
     private asked = 0;
@@ -42,6 +43,11 @@ export class NumbersPanel {
 
     constructor(private readonly place: HTMLElement, private readonly server: Server, private readonly model: Model,
                 private readonly selection: SelectionPanel) {
+        this.choices.forEach((choice, which) => choice.addEventListener('change', () => {
+            this.columns[which] = choice.value;
+            this.refresh();
+        }));
+        this.histogram.append(h('h2', {}, h('span', {}, 'Histogram')), h('div', {class: 'numbers'}, ...this.choices), this.plot, this.caption);
         place.append(selection.element, this.picked, this.statistics, this.histogram);
         selection.onChange = () => this.refresh();
     }
@@ -58,20 +64,11 @@ export class NumbersPanel {
             return;
         }
         if (!columns.includes(this.columns[0])) this.columns = [columns[0] ?? '', ''];
-        const select = (which: 0 | 1, label: string) => {
-            const none = which === 1 ? [h('option', {value: ''}, 'counts')] : [];
-            const element = h('select', {'aria-label': label}, ...none,
-                              ...columns.map((name) => h('option', {value: name}, name)));
-            element.value = this.columns[which];
-            element.addEventListener('change', () => {
-                this.columns[which] = element.value;
-                this.refresh();
-            });
-            return element;
-        };
-        this.histogram.replaceChildren(h('h2', {}, h('span', {}, 'Histogram')),
-                                       h('div', {class: 'numbers'}, select(0, 'Horizontal'), select(1, 'Vertical')),
-                                       this.plot, this.caption);
+        const options = columns.map((name): [string, string] => [name, name]);
+        [options, [['', 'counts'] as [string, string], ...options]].forEach((each, which) => {
+            setOptions(this.choices[which], each);
+            this.choices[which].value = this.columns[which];
+        });
         this.refresh();
     }
 

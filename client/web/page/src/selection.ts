@@ -3,7 +3,7 @@
 // Which particles are meant: drawn round on the picture, or between two values of a column. They are shown over the
 // others or alone, and the numbers beside are theirs.
 import {clone, create} from '@bufbuild/protobuf';
-import {h, icon, tell, trimmed} from './dom';
+import {h, icon, setOptions, tell, trimmed} from './dom';
 import {HighlightSchema, SelectionSchema, type Axis, type Layer, type Manifest, type ParticlesManifest, type Selection, type View} from
     './generated/protocol/mote_pb';
 import type {Gestures, Point} from './gestures';
@@ -60,13 +60,40 @@ function plotOf(manifest: Manifest | undefined, step: number, madeHere: boolean)
     return {axes: axes.map((axis) => axis.name), bounds: axes.map((axis) => pair(axis.min, axis.max))};
 }
 
+function wordsOf(selection: Selection): string {
+    if (selection.lasso) return `Surrounded by a line of ${selection.lasso.points.length} corners.`;
+    const range = selection.ranges[0];
+    if (range) return `${range.column} from ${trimmed(range.min ?? -Infinity)} to ${trimmed(range.max ?? Infinity)}.`;
+    return 'Chosen by the view.';
+}
+
+type Range = Selection['ranges'][number];
+
+const limit = (name: string) => h('input', {type: 'number', step: 'any', 'aria-label': name, placeholder: name.toLowerCase()});
+
 export class SelectionPanel {
     onChange: () => void = () => {};
-    private readonly place = h('section', {class: 'section', 'aria-label': 'Selection'});
+    // Made once: a press on a control ends on it, and what has the focus keeps it, whatever changes meanwhile.
+    private readonly words = h('p', {class: 'note'});
+    private readonly column = h('select', {'aria-label': 'Column of the range'});
+    private readonly least = limit('From');
+    private readonly most = limit('To');
+    private readonly range = h('div', {class: 'numbers'}, this.column, this.least, this.most);
+    private readonly lassoButton = h('button', {type: 'button', class: 'button', id: 'lasso',
+                                                onclick: () => this.toggleLasso()}, icon('lasso'), 'Lasso');
+    private readonly clearButton = h('button', {type: 'button', class: 'button', onclick: () => this.clear()}, 'Clear');
+    private readonly alone = h('input', {type: 'checkbox', class: 'switch', role: 'switch', id: 'alone'});
+    private readonly aloneRow = h('div', {class: 'row'}, h('label', {for: 'alone'}, 'These alone'), this.alone);
+    private readonly place = h('section', {class: 'section', 'aria-label': 'Selection'}, h('h2', {}, h('span', {}, 'Selection')),
+                               this.words, this.range, h('div', {class: 'buttons'}, this.lassoButton, this.clearButton),
+                               this.aloneRow);
     private drawing = false;
 
     constructor(private readonly model: Model, private readonly gestures: Gestures, private readonly stage: HTMLElement,
-                private readonly marks: HTMLCanvasElement) {}
+                private readonly marks: HTMLCanvasElement) {
+        this.alone.addEventListener('change', () => this.selection && this.show(this.selection, this.alone.checked));
+        for (const input of [this.column, this.least, this.most]) input.addEventListener('change', () => this.takeRange());
+    }
 
     get element(): HTMLElement {
         return this.place;
@@ -82,46 +109,27 @@ export class SelectionPanel {
         this.place.hidden = layer?.kind.case !== 'particles';
         if (this.place.hidden || !layer) return;
         const chosen = this.selection;
-        const alone = h('input', {type: 'checkbox', class: 'switch', role: 'switch', id: 'alone', checked: !!layer.select});
-        alone.addEventListener('change', () => this.show(chosen!, alone.checked));
-        const lasso = h('button', {type: 'button', class: 'button', id: 'lasso', 'aria-pressed': this.drawing,
-                                   onclick: () => this.toggleLasso()}, icon('lasso'), 'Lasso');
-        const clear = h('button', {type: 'button', class: 'button', disabled: !chosen, onclick: () => this.clear()}, 'Clear');
-        this.place.replaceChildren(
-            h('h2', {}, h('span', {}, 'Selection')),
-            h('p', {class: 'note'}, chosen ? this.words(chosen) : 'All particles.'),
-            ...(columnsOf(manifest).length > 0 ? [this.range()] : []),
-            h('div', {class: 'buttons'}, lasso, clear),
-            ...(chosen ? [h('div', {class: 'row'}, h('label', {for: 'alone'}, 'These alone'), alone)] : []));
+        this.words.textContent = chosen ? wordsOf(chosen) : 'All particles.';
+        this.lassoButton.setAttribute('aria-pressed', String(this.drawing));
+        this.clearButton.disabled = !chosen;
+        this.aloneRow.hidden = !chosen;
+        this.alone.checked = !!layer.select;
+        this.drawRange(columnsOf(manifest), chosen?.ranges[0]);
     }
 
-    private words(selection: Selection): string {
-        if (selection.lasso) return `Surrounded by a line of ${selection.lasso.points.length} corners.`;
-        const range = selection.ranges[0];
-        if (range) return `${range.column} from ${trimmed(range.min ?? -Infinity)} to ${trimmed(range.max ?? Infinity)}.`;
-        return 'Chosen by the view.';
+    private drawRange(columns: string[], range: Range | undefined): void {
+        this.range.hidden = columns.length === 0;
+        setOptions(this.column, columns.map((name) => [name, name]));
+        if (range) this.column.value = range.column;
+        for (const [input, value] of [[this.least, range?.min], [this.most, range?.max]] as const)
+            if (input !== document.activeElement || range) input.value = value === undefined ? '' : trimmed(value);
     }
 
-    private range(): HTMLElement {
-        const {manifest} = this.model;
-        const column = h('select', {'aria-label': 'Column of the range'},
-                         ...columnsOf(manifest).map((name) => h('option', {value: name}, name)));
-        const [least, most] = ['From', 'To'].map((name) => h('input', {type: 'number', step: 'any', 'aria-label': name,
-                                                                       placeholder: name.toLowerCase()}));
-        const range = this.selection?.ranges[0];
-        if (range) {
-            column.value = range.column;
-            least.value = range.min === undefined ? '' : trimmed(range.min);
-            most.value = range.max === undefined ? '' : trimmed(range.max);
-        }
-        const apply = () => {
-            const [min, max] = [least, most].map((input) => input.value === '' ? undefined : Number(input.value));
-            if (min === undefined && max === undefined) return;
-            this.show(create(SelectionSchema, {ranges: [{column: column.value, min, max}], step: this.madeIn()}),
-                      !!this.model.layer?.select);
-        };
-        for (const input of [column, least, most]) input.addEventListener('change', apply);
-        return h('div', {class: 'numbers'}, column, least, most);
+    private takeRange(): void {
+        const [min, max] = [this.least, this.most].map((input) => input.value === '' ? undefined : Number(input.value));
+        if (min === undefined && max === undefined) return;
+        this.show(create(SelectionSchema, {ranges: [{column: this.column.value, min, max}], step: this.madeIn()}),
+                  !!this.model.layer?.select);
     }
 
     /// Where particles have ids, the same ones are meant in every step.
