@@ -81,6 +81,15 @@ bool RenderSchedule::foregroundOpen() const {
                        [](const auto& entry) { return !entry.second.background && entry.second.open(); });
 }
 
+Clock::time_point RenderSchedule::backgroundDue() const {
+    auto due = quietSince_ + settings_.backgroundDelay;
+    for (const auto& [session, client] : clients_) {
+        const bool moves = !client.background && client.task != nullptr && client.task->moving;
+        if (moves) due = std::max(due, client.task->arrived + settings_.handDelay);
+    }
+    return due;
+}
+
 /// Urgent ones first, and among equals the one that used least, then the one that was served longest ago;
 /// null: nothing is due.
 RenderSchedule::Clients::value_type* RenderSchedule::choose(Clock::time_point now, bool background) {
@@ -113,7 +122,7 @@ std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
     }
     const bool foreground = foregroundOpen();
     if (!foreground && std::exchange(busy_, false)) quietSince_ = now;
-    if (!foreground && now < quietSince_ + settings_.backgroundDelay) return std::nullopt;
+    if (!foreground && now < backgroundDue()) return std::nullopt;
     auto* const best = choose(now, !foreground);
     if (!best) return std::nullopt;
     Client& client = best->second;
@@ -140,7 +149,7 @@ std::optional<Clock::time_point> RenderSchedule::nextDue() const {
         if (client.background != background || !client.open()) continue;
         due = due ? std::min(*due, client.due) : client.due;
     }
-    if (due && background) due = std::max(*due, quietSince_ + settings_.backgroundDelay);
+    if (due && background) due = std::max(*due, backgroundDue());
     for (const auto& [session, client] : clients_) {
         if (client.waits && client.until) due = due ? std::min(*due, *client.until) : client.until;
     }

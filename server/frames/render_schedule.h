@@ -14,8 +14,8 @@
 // - A newer view stops the refinement of the older one. A quick picture is never stopped: a hand that moves
 //   faster than pictures are rendered would see none.
 // - Background sessions are served while nobody else has a picture to be drawn, and has had none for a
-//   moment; whatever others want drawn stops theirs. They take turns among themselves, and no waiting makes
-//   them urgent.
+//   moment, nor moves a view; whatever others want drawn stops theirs. They take turns among themselves, and
+//   no waiting makes them urgent.
 #pragma once
 
 #include <cstdint>
@@ -37,6 +37,8 @@ struct ScheduleSettings {
     Clock::duration restDelay = std::chrono::milliseconds(40);  ///< a view so old is at rest: about a frame
     Clock::duration patience = std::chrono::seconds(2);         ///< a refinement waits no longer for others
     Clock::duration backgroundDelay = std::chrono::milliseconds(40);  ///< after the others' latest picture
+    /// After the others' latest view in motion: a hand whose pictures come late has put it down by then.
+    Clock::duration handDelay = std::chrono::seconds(1);
 };
 
 /// One of the pictures that a picture between steps is the mean of (server/frames/mean_picture.h). It is made
@@ -119,6 +121,8 @@ class RenderSchedule {
     bool urgent(const Client& client, Clock::time_point now) const;
     /// Somebody who is no background session has a picture to be drawn, now or soon.
     bool foregroundOpen() const;
+    /// When background sessions may be served, if nobody else has a picture to be drawn until then.
+    Clock::time_point backgroundDue() const;
     Clients::value_type* choose(Clock::time_point now, bool background);
     bool contends(const Client& client, const Client& chosen, Clock::time_point now) const;
     void enter(Client& client, Stage stage);

@@ -118,6 +118,30 @@ TEST_F(BackgroundTest, WhateverOthersWantDrawnStopsItAndItWaitsUntilTheyAreQuiet
     }
 }
 
+TEST_F(BackgroundTest, AHandThatWaitsForItsPicturesKeepsItWaiting) {
+    RenderSchedule schedule({.handDelay = 1s});
+    schedule.open(1, 100);
+    schedule.open(film, 100, true);
+    ASSERT_TRUE(schedule.setView(film, queuedTask(1)).ok());
+    for (int i = 0; i < 5; ++i) {
+        ASSERT_TRUE(schedule.setView(1, task(true)).ok());
+        const auto quick = schedule.next(now_);
+        ASSERT_TRUE(quick);
+        schedule.finishDrawn(*quick, Stage::done);
+        EXPECT_FALSE(schedule.next(now_));
+        EXPECT_EQ(schedule.nextDue(), now_ + 1s);
+        now_ += 300ms;  // that the client takes for it
+        EXPECT_FALSE(schedule.next(now_));
+    }
+    ASSERT_TRUE(schedule.setView(1, task(false)).ok());
+    schedule.finishDrawn(*schedule.next(now_), Stage::done);
+    EXPECT_FALSE(schedule.next(now_));
+    now_ += 40ms;
+    const auto job = schedule.next(now_);
+    ASSERT_TRUE(job) << "the hand has put it down";
+    EXPECT_EQ(job->session, film);
+}
+
 TEST_F(BackgroundTest, ARefinementThatIsDueSoonKeepsItWaiting) {
     view(1, false);
     ASSERT_TRUE(schedule_.setView(film, queuedTask(1)).ok());

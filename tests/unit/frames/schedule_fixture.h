@@ -12,7 +12,9 @@ namespace mote::server {
 class RenderScheduleTest : public testing::Test {
   protected:
     RenderScheduleTest()
-        : schedule_({.restDelay = std::chrono::milliseconds(40), .patience = std::chrono::seconds(2)}) {
+        : schedule_({.restDelay = std::chrono::milliseconds(40),
+                     .patience = std::chrono::seconds(2),
+                     .handDelay = std::chrono::seconds(0)}) {
         schedule_.open(1, 2);
         schedule_.open(2, 2);
     }
