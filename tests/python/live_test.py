@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """View.show(): a view in a browser's frame and in Python at once, by a mote-web of the session's own."""
 import http.client
+import importlib.util
+import json
 import os
 import pathlib
+import re
 import socket as socketlib
 import subprocess
 import sys
+import tempfile
 import types
 import unittest
 import urllib.parse
 from unittest import mock
 
 from support import BIN, BeamCase, mote, needs_server  # isort: skip
+import notebook
 from mote.messages import new  # noqa: E402
 
 PAGE = BIN.parent / "share" / "mote" / "web" / "index.html"
@@ -87,20 +92,43 @@ class Live(BeamCase):
         browser.cookie = ""
         self.assertEqual(browser.ask("GET", f"/room/{browser.room}")[0].status, 403)
 
-    def test_a_notebook_has_a_frame_and_a_still_picture(self):
+    def show_in_notebook(self, **options):
+        """What a cell has: its Live, the frame, the still picture."""
         shown = []
         python = types.ModuleType("IPython")
         python.get_ipython = lambda: self
         python.display = types.ModuleType("IPython.display")
         python.display.display = shown.append
         with mock.patch.dict(sys.modules, {"IPython": python, "IPython.display": python.display}):
-            live = self.show(height=300)
-        frame, still = shown
+            return self.show(**options), *shown
+
+    def test_a_notebook_has_a_frame_and_a_still_picture(self):
+        live, frame, still = self.show_in_notebook(height=300)
         self.assertIn(f'src="{live.url}"', frame._repr_html_())
         self.assertIn('"300px"', frame._repr_html_())
         self.assertIn("height:0", frame._repr_html_(), "a saved notebook has no hole where its page does not come any more")
         self.assertEqual(still.size, (320, 200))
         self.assertFalse(hasattr(live, "_repr_html_"), "the frame is shown once")
+
+    @unittest.skipUnless(importlib.util.find_spec("nbconvert"), "nbconvert is not at hand")
+    def test_nbconvert_makes_latex_of_pictures_and_figures(self):
+        live, frame, still = self.show_in_notebook()
+        figure = self.ds.figure("x", step=0)
+        cell = {"cell_type": "code", "execution_count": 1, "metadata": {}, "source": "", "outputs": []}
+        for value in (frame, still, live, figure):
+            data, metadata = notebook.bundle(value)
+            cell["outputs"].append({"output_type": "display_data", "data": data, "metadata": metadata})
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "shown.ipynb").write_text(json.dumps({"cells": [cell], "metadata": {}, "nbformat": 4, "nbformat_minor": 4}))
+            done = subprocess.run([sys.executable, "-m", "nbconvert", "--to", "latex", "shown.ipynb"], cwd=folder, capture_output=True,
+                                  text=True, check=False, env={**os.environ, "HOME": name})
+            self.assertEqual(done.returncode, 0, done.stderr)
+            text = (folder / "shown.tex").read_text()
+            pictures = [(folder / name).read_bytes() for name in re.findall(r"image\{.*\{([^{}]+\.png)\}", text)]
+        self.assertEqual(pictures, [still.png(), figure.png])
+        self.assertNotIn("iframe", text)
+        self.assertNotIn("token", text)
 
     def test_it_ends_with_its_session(self):
         with mote.connect(self.session.connection.file) as session:

@@ -16,7 +16,7 @@ def _text(value):
     return value.splitlines(keepends=True)
 
 
-def _bundle(value):
+def bundle(value):
     """What a notebook keeps of a value: as IPython asks for it."""
     if hasattr(value, "_repr_mimebundle_"):
         found = value._repr_mimebundle_()
@@ -48,7 +48,7 @@ def run(source, space, count):
     if printed.getvalue():
         outputs.append({"output_type": "stream", "name": "stdout", "text": _text(printed.getvalue())})
     if value is not None:
-        data, metadata = _bundle(value)
+        data, metadata = bundle(value)
         outputs.append({"output_type": "execute_result", "execution_count": count, "data": data, "metadata": metadata})
     return outputs
 
