@@ -4,7 +4,9 @@
 #include <cairo-pdf.h>
 #include <cairo-ps.h>
 #include <cairo.h>
+#include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
 #include <span>
 #include <string_view>
@@ -180,14 +182,26 @@ Surface makeSurface(proto::Page::Format format, const PageLayout& layout, Bytes&
     return Surface(cairo_pdf_surface_create_for_stream(appendBytes, &bytes, width, height));
 }
 
-/// The same drawing is to give the same bytes: in a comment of EPS there may as well be no date.
-void removeDate(proto::Page::Format format, Bytes& bytes) {
-    if (format != proto::Page::EPS) return removePdfDate(bytes);
+/// Replaces the line of an EPS file's header that begins so, and its newline. Does nothing if there is none.
+void replaceLine(Bytes& bytes, std::string_view begin, std::string_view line) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const auto at = text.find("%%CreationDate:");
+    const auto at = text.find(begin);
     if (at == std::string_view::npos) return;
-    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
-    bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(text.find('\n', at) + 1 - at));
+    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+    const auto after = bytes.erase(first, first + static_cast<std::ptrdiff_t>(text.find('\n', at) + 1 - at));
+    bytes.insert(after, line.begin(), line.end());
+}
+
+/// The same drawing is to give the same bytes, without a date; and an EPS file's box is the sheet, where
+/// Cairo has what is drawn on it: so it is as large as the same as SVG or PDF.
+void mend(proto::Page::Format format, const PageLayout& layout, Bytes& bytes) {
+    if (format != proto::Page::EPS) return removePdfDate(bytes);
+    replaceLine(bytes, "%%CreationDate:", "");
+    const double width = layout.width * pointsPerMm, height = layout.height * pointsPerMm;
+    const auto box = fmt::format("BoundingBox: 0 0 {:.0f} {:.0f}\n", std::ceil(width), std::ceil(height));
+    replaceLine(bytes, "%%BoundingBox:",
+                fmt::format("%%{}%%HiResBoundingBox: 0 0 {:.4f} {:.4f}\n", box, width, height));
+    replaceLine(bytes, "%%PageBoundingBox:", "%%Page" + box);
 }
 
 }  // namespace
@@ -207,7 +221,7 @@ Result<Bytes> writeCairo(const PageDrawing& drawing, proto::Page::Format format)
     cairo_surface_finish(surface.get());
     const auto status = cairo_surface_status(surface.get());
     if (status != CAIRO_STATUS_SUCCESS) return cairoError(status, "page");
-    removeDate(format, bytes);
+    mend(format, drawing.layout, bytes);
     return bytes;
 }
 

@@ -149,6 +149,7 @@ TEST(VectorDrawing, epsAndPdfAreWhatTheyShouldBe) {
     const auto eps = textOf(drawVector(someDots(500), page(proto::Page::EPS)));
     EXPECT_THAT(eps, StartsWith("%!PS-Adobe-3.0 EPSF-3.0"));
     EXPECT_THAT(eps, HasSubstr("%%EOF"));
+    EXPECT_THAT(eps, Not(HasSubstr("CreationDate")));
     const auto pdf = textOf(drawVector(someDots(500), page(proto::Page::PDF)));
     EXPECT_THAT(pdf, StartsWith("%PDF-1."));
     // 120 mm are 340.157 points. Cairo 1.18 packs what says so: another reader is asked.
@@ -159,6 +160,15 @@ TEST(VectorDrawing, epsAndPdfAreWhatTheyShouldBe) {
     std::string said(4096, '\0');
     said.resize(pipe ? std::fread(said.data(), 1, said.size(), pipe.get()) : 0);
     EXPECT_THAT(said, HasSubstr("340.15"));
+}
+
+TEST(VectorDrawing, epsIsAsLargeAsItsSheet) {
+    auto sheet = page(proto::Page::EPS);
+    sheet.width = 86.0;
+    sheet.height = 64.5;  // 243.78 x 182.83 points of 1/72 inch
+    const auto eps = textOf(drawVector(someDots(3), sheet));
+    EXPECT_THAT(eps, HasSubstr("\n%%BoundingBox: 0 0 244 183\n%%HiResBoundingBox: 0 0 243.7795 182.8346\n"));
+    EXPECT_THAT(eps, HasSubstr("\n%%PageBoundingBox: 0 0 244 183\n"));
 }
 
 /// Paleness is mixed in for EPS: Cairo would make an image of the page otherwise, of megabytes.
