@@ -60,6 +60,8 @@ export class NumbersPanel {
         this.statistics.hidden = this.histogram.hidden = !particles;
         if (!this.model.layer || !particles) {
             this.statistics.hidden = false;
+            this.shownFor = '';
+            ++this.asked;
             this.statistics.replaceChildren(h('p', {class: 'note'}, 'Only particles have numbers: choose a dataset of particles.'));
             return;
         }
