@@ -454,7 +454,7 @@ std::optional<VideoSettings> videoOf(const FramesOptions& options, const Film& f
     settings.height = film.height();
     settings.fps = film.fps();
     settings.quality = options.crf;
-    settings.chroma = options.chroma;
+    settings.chroma = options.chroma.value_or(VideoChroma::full);
     return settings;
 }
 
@@ -566,6 +566,7 @@ Status drawFilmJob(const FramesOptions& given, const Interrupt& interrupt) {
     if (job.video().empty()) options.out = folder;
     if (!job.video().empty()) options.video = folder / filmVideoName(job);
     if (job.has_quality()) options.crf = job.quality();
+    options.chroma = job.chroma() == "full" ? VideoChroma::full : VideoChroma::halved;
     options.exposure.samples = std::max(1U, job.samples());
     options.exposure.shutterDegrees = job.shutter_degrees();
     if (job.subframes() > 0) options.exposure.subframes = job.subframes();

@@ -84,7 +84,7 @@ Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, c
     settings.height = first.height;
     settings.fps = options.fps.value_or(film.script().has_fps() ? film.script().fps() : defaultFps);
     settings.quality = options.crf;
-    settings.chroma = options.chroma;
+    settings.chroma = options.chroma.value_or(VideoChroma::full);
     MOTE_RETURN_IF_ERROR(checkVideo(settings));
     return videoOfFrames(options.video, settings, count, read);
 }
@@ -130,6 +130,7 @@ Status detachFilm(const FramesOptions& options, const proto::Script& script, con
     auto& film = *request.mutable_film();
     if (options.format != PictureFormat::png) film.set_format(std::string(name(options.format)));
     if (options.crf) film.set_quality(*options.crf);
+    if (options.chroma) film.set_chroma(options.chroma == VideoChroma::full ? "full" : "halved");
     film.set_samples(options.exposure.samples);
     film.set_shutter_degrees(options.exposure.shutterDegrees);
     if (options.exposure.blurs()) film.set_subframes(options.exposure.subframes);

@@ -46,7 +46,7 @@ constexpr std::array<std::pair<const char*, FramesTask>, 7> tasks{{{"--detach", 
 struct RawOptions {
     FramesOptions options;
     std::vector<std::string> connect;
-    std::string script, device, format = "png", video, chroma = "full", out, job;
+    std::string script, device, format = "png", video, chroma, out, job;
     std::string page, size;
     double margin = 0.0, dot = 0.0;  // mm
     double fps = 30.0;
@@ -91,9 +91,9 @@ void declareFilm(const cli::Command& app, RawOptions& raw) {
     film.option("--crf", raw.crf, "Quality of the video, lower is better; mp4 0 to 51, webm 0 to 63")
         .range(0, 63);
     film.option("--chroma", raw.chroma,
-                "For mp4 and webm: full keeps the colours of single points; halved plays everywhere")
-        .oneOf({"full", "halved"})
-        .showDefault();
+                "For mp4 and webm: full keeps the colours of single points; halved plays everywhere; "
+                "default: full, of a film that a server makes halved")
+        .oneOf({"full", "halved"});
     film.option("--fps", raw.fps, "Frames per second, instead of the script's");
     film.flag("--keep-frames", raw.options.keepFrames, "Keeps the pictures beside the video, in --out");
     film.flag("--force", raw.options.force, "Replaces an existing video");
@@ -273,10 +273,6 @@ Status checkVideo(RawOptions& raw, const cli::Command& app) {
         return invalid("--video", "is made of pixels: not of svg, eps or pdf");
     if (options.task == FramesTask::detach && document)
         return invalid("--format", "a detached film has pictures of pixels: png, png16, exr or jpg");
-    if (options.task == FramesTask::detach && raw.chroma != "full")
-        return invalid(
-            "--chroma",
-            "a detached film keeps the colour of each point; --fetch makes another of its pictures");
     if (app.count("--crf") > 0 && raw.video.empty()) return invalid("--crf", "is of a video: give --video");
     if (options.keepFrames && raw.video.empty())
         return invalid("--keep-frames", "is for --video; without it the pictures are all that is made");
@@ -325,7 +321,7 @@ FramesOptions toOptions(RawOptions raw, const cli::Command& app) {
     options.patience = std::chrono::seconds(raw.patience);
     options.out = raw.out;
     options.video = raw.video;
-    options.chroma = raw.chroma == "full" ? VideoChroma::full : VideoChroma::halved;
+    if (!raw.chroma.empty()) options.chroma = raw.chroma == "full" ? VideoChroma::full : VideoChroma::halved;
     if (app.count("--crf") > 0) options.crf = static_cast<unsigned>(raw.crf);
     return std::move(options);
 }

@@ -49,19 +49,19 @@ struct FramesOptions {
     bool annotate = false;            ///< views that do not say so have axes, labels and bars
     proto::Page page;                 ///< of documents
     ExposureSettings exposure;
-    std::filesystem::path video;  ///< file of the video; empty: there is none
-    std::optional<unsigned> crf;  ///< its quality
-    VideoChroma chroma = VideoChroma::full;
-    std::optional<double> fps;    ///< frames a second, in place of the script's
-    bool keepFrames = false;      ///< pictures beside the video
-    bool resume = false;          ///< keep frames that are whole and show the same
-    bool force = false;           ///< a video that is there is replaced
-    bool json = false;            ///< one JSON object a frame on stdout
-    bool quiet = false;           ///< no progress on stderr
-    bool again = false;           ///< detached although the server has the same film
-    std::uint32_t jobTime = 0;    ///< s, of a run of the detached film; 0: the server's limit
-    std::string jobId;            ///< that is fetched, followed, cancelled or tried again
-    int progressDescriptor = -1;  ///< of a job
+    std::filesystem::path video;        ///< file of the video; empty: there is none
+    std::optional<unsigned> crf;        ///< its quality
+    std::optional<VideoChroma> chroma;  ///< likewise; absent: full, of a detached film halved
+    std::optional<double> fps;          ///< frames a second, in place of the script's
+    bool keepFrames = false;            ///< pictures beside the video
+    bool resume = false;                ///< keep frames that are whole and show the same
+    bool force = false;                 ///< a video that is there is replaced
+    bool json = false;                  ///< one JSON object a frame on stdout
+    bool quiet = false;                 ///< no progress on stderr
+    bool again = false;                 ///< detached although the server has the same film
+    std::uint32_t jobTime = 0;          ///< s, of a run of the detached film; 0: the server's limit
+    std::string jobId;                  ///< that is fetched, followed, cancelled or tried again
+    int progressDescriptor = -1;        ///< of a job
 };
 
 /// The options, or the exit status after help (0) or wrong usage (2), which has been printed.

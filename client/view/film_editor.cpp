@@ -158,9 +158,11 @@ bool FilmEditor::openTyped(const std::filesystem::path& script) {
     return true;
 }
 
-void FilmEditor::makeFilm(const std::string& video) {
+void FilmEditor::makeFilm(const FilmKind& kind) {
     message_.clear();
-    connection_.submitJob(filmRequest(model_.toScript(), video), takeJob());
+    auto request = filmRequest(model_.toScript(), std::string(kind.video));
+    request.mutable_film()->set_chroma(std::string(kind.chroma));
+    connection_.submitJob(request, takeJob());
 }
 
 Connection::Reply<proto::JobStatus> FilmEditor::takeJob() {

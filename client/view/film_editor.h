@@ -80,7 +80,7 @@ class FilmEditor {
     void togglePreview(double now);
     void takePaths(const FilmActions& actions);
     bool openTyped(const std::filesystem::path& script);
-    void makeFilm(const std::string& video);
+    void makeFilm(const FilmKind& kind);
     /// The answer names the job that makes the film from now on.
     Connection::Reply<proto::JobStatus> takeJob();
     void saveFilm(const std::filesystem::path& path);

@@ -81,7 +81,7 @@ TEST_F(BadInput, WrongUsage) {
     expectError(station_.frames(script, {"--crf", "20"}), {"--crf", "--video"}, 2);
     expectError(station_.frames(script, {"--detach", "--fetch", "12"}), {"--detach"}, 2);
     expectError(station_.frames(script, {"--again"}), {"--again"}, 2);
-    expectError(station_.frames(script, {"--detach", "--chroma", "halved"}), {"--chroma"}, 2);
+    expectError(station_.frames(script, {"--detach", "--chroma", "quartered"}), {"--chroma"}, 2);
     expectError(station_.frames(script, {"--spawn", "data=x", "--connect", "y"}), {"--spawn"}, 2);
     expectError(runProcess(program("mote-frames"), {"--connect", "x"}), {"SCRIPT"}, 2);
     expectError(station_.frames(script, {"--no-such-option"}), {"no-such-option"}, 2);

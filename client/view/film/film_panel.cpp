@@ -18,7 +18,8 @@ namespace {
 constexpr float stripHeight = 112.0F;                                               // at a scale of 1
 constexpr std::array<std::string_view, 3> easingNames{"linear", "smooth", "hold"};  // as Easing counts
 constexpr std::array<std::string_view, 2> stepNames{"hold", "blend"};               // as BetweenSteps counts
-constexpr std::array<std::string_view, 4> filmKinds{"mp4", "webm", "gif", "pictures"};
+constexpr std::array<FilmKind, 5> filmKinds{
+    {{"mp4", "mp4"}, {"mp4, full colour", "mp4", "full"}, {"webm", "webm"}, {"gif", "gif"}, {"pictures"}}};
 constexpr std::array<FilmSize, 5> usualSizes{
     {{640, 360}, {1280, 720}, {1920, 1080}, {2560, 1440}, {3840, 2160}}};
 
@@ -169,10 +170,15 @@ void FilmPanel::drawFiles(const FilmModel& model, const FilmState& state, FilmAc
     ImGui::SameLine(0.0F, 16.0F * scale);
     const bool busy = state.job != nullptr && isUnderWay(*state.job);
     const bool ready = model.isFilm() && state.failure.empty() && state.connected && !busy;
-    if (button("Make film", ready)) actions.makeFilm = kind_ == "pictures" ? "" : kind_;
+    if (button("Make film", ready)) actions.makeFilm = &*std::ranges::find(filmKinds, kind_, &FilmKind::name);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(85.0F * scale);
-    chooseName("##kind", kind_, filmKinds);
+    std::array<std::string_view, filmKinds.size()> names;
+    std::ranges::transform(filmKinds, names.begin(), &FilmKind::name);
+    chooseName("##kind", kind_, names);
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip(
+            "full colour keeps the colours of single points, but Firefox and QuickTime do not play it");
     ImGui::SameLine(0.0F, 16.0F * scale);
     drawJob(state, actions, scale);
     const auto& sentence = state.failure.empty() ? state.message : state.failure;

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "client/view/film/film_model.h"
 #include "client/view/film/film_strip.h"
@@ -26,6 +27,13 @@ struct FilmState {
     const proto::JobStatus* job = nullptr;  ///< the latest that makes a film of this one; null: none
 };
 
+/// What a film is made as.
+struct FilmKind {
+    std::string_view name;         ///< that the user reads
+    std::string_view video = {};   ///< "mp4", ...; "": pictures
+    std::string_view chroma = {};  ///< "full" keeps the colours of single points; "": it plays everywhere
+};
+
 /// What the user asked for in this frame.
 struct FilmActions {
     bool addKeyframe = false, replaceKeyframe = false;
@@ -34,8 +42,8 @@ struct FilmActions {
     bool editing = false;   ///< and the mouse is still on it
     bool togglePreview = false;
     bool cancelJob = false, retryJob = false, stopSaving = false;
-    bool saveFilm = false;                ///< where to is to be asked
-    std::optional<std::string> makeFilm;  ///< "mp4", ...; "": pictures
+    bool saveFilm = false;               ///< where to is to be asked
+    const FilmKind* makeFilm = nullptr;  ///< the one that is wanted
     std::optional<std::filesystem::path> openScript, saveScript, saveFilmTo;
     std::string failure;  ///< of an edit, one sentence
 };

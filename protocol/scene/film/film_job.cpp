@@ -23,6 +23,7 @@ struct Format {
 constexpr std::array formats{Format{"", "png"}, Format{"png", "png"}, Format{"png16", "png"},
                              Format{"exr", "exr"}, Format{"jpg", "jpg"}};
 constexpr std::array<std::string_view, 4> videos{"", "mp4", "webm", "gif"};
+constexpr std::array<std::string_view, 3> chromas{"", "full", "halved"};
 constexpr std::array<std::uint32_t, 5> sampleCounts{0, 1, 4, 9, 16};
 
 }  // namespace
@@ -34,6 +35,8 @@ Status checkFilmJob(const proto::FilmJob& job) {
         return invalid("format", "must be png, png16, exr or jpg");
     if (std::ranges::find(videos, job.video()) == videos.end())
         return invalid("video", "must be mp4, webm or gif, or be left out");
+    if (std::ranges::find(chromas, job.chroma()) == chromas.end())
+        return invalid("chroma", "must be full or halved");
     if (job.quality() > mostQuality) return invalid("quality", fmt::format("must be 0 to {}", mostQuality));
     if (std::ranges::find(sampleCounts, job.samples()) == sampleCounts.end())
         return invalid("samples", "must be 1, 4, 9 or 16");

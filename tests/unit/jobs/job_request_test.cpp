@@ -77,6 +77,7 @@ TEST_F(JobRequestTest, badFilmsAreRefusedWithTheirField) {
         {"film.format", [](Film& f) { f.set_format("../png"); }},
         {"film.video", [](Film& f) { f.set_video("avi"); }},
         {"film.quality", [](Film& f) { f.set_quality(64); }},
+        {"film.chroma", [](Film& f) { f.set_chroma("quartered"); }},
         {"film.samples", [](Film& f) { f.set_samples(2); }},
         {"film.shutterDegrees", [](Film& f) { f.set_shutter_degrees(-1); }},
         {"film.shutterDegrees", [](Film& f) { f.set_shutter_degrees(361); }},

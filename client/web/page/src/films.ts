@@ -64,7 +64,8 @@ export class FilmPanel {
         const [move, moveRow] = choice('film-move', 'Shows', moves);
         const [size, sizeRow] = choice('film-size', 'Size', [['1280x720', '1280 × 720'], ['1920x1080', '1920 × 1080'],
                                                               ['3840x2160', '3840 × 2160'], ['640x360', '640 × 360']]);
-        const [kind, kindRow] = choice('film-kind', 'File', [['mp4', 'MP4'], ['webm', 'WebM'], ['gif', 'GIF']]);
+        const [kind, kindRow] = choice('film-kind', 'File', [['mp4', 'MP4'], ['mp4 full', 'MP4, full colour'],
+                                                             ['webm', 'WebM'], ['gif', 'GIF']]);
         const seconds = h('input', {type: 'number', id: 'film-seconds', min: '0.1', max: '600', step: 'any', value: '8'});
         const make = h('button', {type: 'button', class: 'button first', disabled: !this.model.layer, onclick: () =>
             this.make(move.value, size.value, kind.value, Number(seconds.value))}, 'Make the film');
@@ -73,16 +74,17 @@ export class FilmPanel {
                                   sizeRow, kindRow, h('div', {class: 'buttons'}, make));
     }
 
-    private async make(move: string, size: string, video: string, seconds: number): Promise<void> {
+    private async make(move: string, size: string, kind: string, seconds: number): Promise<void> {
         if (!this.model.camera || !(seconds > 0)) return tell('A film needs a picture to begin with, and a time.', true);
         const [width, height] = size.split('x').map(Number);
+        const [video, chroma = ''] = kind.split(' ');  // full: single points keep their colours; else it plays everywhere
         const whole: MessageInitShape<typeof MoveSchema> = {seconds};
         if (move !== 'steps') whole.turn = {degrees: 360, axis: []};
         if (move !== 'turn') whole.playSteps = {from: 0, to: this.model.steps - 1, dataset: ''};
         const view = Object.assign(this.model.whole(), {width, height});
         const job = create(JobRequestSchema, {
             title: `${view.layers[0].dataset}, ${move}`,
-            kind: {case: 'film', value: {script: {view, moves: [whole], fps: 30}, format: 'png', video}},
+            kind: {case: 'film', value: {script: {view, moves: [whole], fps: 30}, format: 'png', video, chroma}},
         });
         try {
             const {message} = await this.server.ask({case: 'submitJob', value: {job}}, undefined, true);
