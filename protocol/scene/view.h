@@ -88,7 +88,8 @@ struct View {
     Camera camera;               ///< fitted to the layers where the message has none
     bool cameraFitted = false;   ///< the message had none: it was fitted as if every layer were a plot
     std::vector<Layer> layers;
-    /// Of a camera that was fitted to what layers show: the box of each one's, layer space; or empty.
+    /// What the axes of each layer stand around: the box of what it shows, layer space; empty: the whole
+    /// plot.
     std::vector<std::optional<Bounds>> shown = {};
     std::optional<proto::Annotations> annotations = {};  ///< checked
     std::optional<Metres> metres = {};                   ///< none: the world has no unit
