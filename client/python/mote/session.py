@@ -199,7 +199,7 @@ class Session:
             video: "mp4", "webm" or "gif"; "": only its pictures.
             title: of the job.
             options: those of the job: quality, samples, shutter_degrees, subframes, format; chroma="full" keeps the colours
-                of single points, but Firefox and QuickTime do not play it.
+                of single points, but QuickTime and some browsers do not play it.
         """
         return self.submit({"title": title, "film": {"script": script, "video": video, **options}})
 
