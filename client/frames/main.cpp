@@ -239,6 +239,7 @@ Status runScript(const FramesOptions& options, const Interrupt& interrupt) {
     const auto size = options.size.value_or(PictureSize{});
     MOTE_ASSIGN_OR_RETURN(auto script, readScript(options.script, size.width, size.height));
     if (options.annotate) script = annotatedScript(std::move(script));
+    script = withStillAxes(std::move(script));
     if (options.size) {
         auto sized = sizedScript(std::move(script), options.size->width, options.size->height);
         MOTE_RETURN_IF_ERROR(sized, options.script.string() + " with --size");

@@ -26,6 +26,7 @@ constexpr double nothingYet = -std::numeric_limits<double>::infinity();
 constexpr std::size_t slopes = 4;  // of planes through the eye, as shares of the picture's own
 constexpr std::size_t nearest = 4 * slopes;
 constexpr int ofPicture = nearest + 2;  // directions that are the picture's
+static_assert(CameraFit::directions == ofPicture + 6);
 constexpr double leastDistance = 0.05;  // of the eye from the nearest place, as a share of the depth
 
 double slope(std::size_t i) {

@@ -100,11 +100,15 @@ bool hasAxes(const View& view) {
     return view.annotations && view.annotations->axes();
 }
 
+bool standAroundPlots(const View& view) {
+    return hasAxes(view) && view.annotations->axes_around() == "plot";
+}
+
 /// With boxes around plots that annotations draw.
 void addAxes(const View& view, std::size_t index, std::optional<Bounds>& shown, CameraFit& fit) {
     const Layer& layer = view.layers[index];
     if (!shown || !layer.particles() || !hasAxes(view)) return;
-    shown = besideAxes(*shown);
+    shown = standAroundPlots(view) ? plotBounds : besideAxes(*shown);
     fit.enter(layer.transform);
     fit.add(*shown);
 }
@@ -150,6 +154,10 @@ Result<bool> fitLayers(View& view, StepSource& data) {
 
 Result<bool> boxPlots(View& view, Stage stage, StepSource& data, PlotBoxes& known) {
     if (!hasAxes(view)) return true;
+    if (standAroundPlots(view)) {
+        view.shown.assign(view.layers.size(), std::nullopt);
+        return true;
+    }
     PlotBoxes now{view.layers, isLight(view.background), {}, {}};
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
         const auto found = data.dataset(view.layers[i].dataset);

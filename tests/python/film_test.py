@@ -43,6 +43,17 @@ class Travel(FolderCase):
         cameras = [view.to_dict()["camera"] for view in script.views]
         self.assertTrue(all(camera == cameras[0] for camera in cameras))
 
+    def test_axes_stand_still_while_steps_are_played(self):
+        annotated = self.view.replace(annotations={"axes": True, "color": [1, 0, 0]})
+        views = mote.Script.steps(annotated, range(STEPS)).views
+        red = [(view.render().array == (255, 0, 0, 255)).all(axis=2) for view in views]
+        self.assertGreater(red[0].sum(), 100, "axes are in the picture")
+        self.assertTrue(all((mask == red[0]).all() for mask in red[1:]))
+        around = [view.to_dict()["annotations"]["axesAround"] for view in views]
+        self.assertEqual(set(around), {"plot"})
+        said = annotated.replace(annotations={"axes": True, "axesAround": "shown"})
+        self.assertEqual(mote.Script.steps(said, range(STEPS)).views[0].to_dict()["annotations"]["axesAround"], "shown")
+
     def test_a_view_s_own_camera_stays(self):
         camera = {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDegrees": 35}
         for view in mote.Script.steps(self.view.replace(camera=camera), range(STEPS)).views:

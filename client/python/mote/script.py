@@ -30,9 +30,14 @@ class Script:
 
     @classmethod
     def steps(cls, view: View, steps: Iterable[int]) -> Script:
-        """The same view of several steps, from one camera; if the view has none, from one that sees all of them."""
+        """The same view of several steps, from one camera; if the view has none, from one that sees all of them.
+
+        Axes stand around the whole plot, unless the view says around what.
+        """
         chosen = list(steps)
-        still = view if len(chosen) < 2 or view.message.HasField("camera") else view.fit(chosen)
+        still = view if len(chosen) < 2 else view.with_still_axes()
+        if len(chosen) > 1 and not view.message.HasField("camera"):
+            still = still.fit(chosen)
         return cls(still.replace(step=step) for step in chosen)
 
     def to_dict(self) -> Dict[str, Any]:

@@ -179,14 +179,15 @@ class View:
     def fit(self, steps: Iterable[int] = ()) -> View:
         """The same view with the camera that it would get without one: it sees all that the layers show, in these steps too.
 
-        Of many steps, as many as a view has layers for are looked at, evenly among them.
+        Of many steps, as many as a view has layers for are looked at, evenly among them. Axes of a film that plays them
+        stand around the whole plot: it sees these too.
         """
+        chosen = list(steps)
         message: Message = new("View")
-        message.CopyFrom(self._message)
+        message.CopyFrom((self.with_still_axes() if chosen else self).message)
         message.ClearField("camera")
         counts = {name: len(self._session[name]) for name in {layer.dataset for layer in message.layers}}
         moving = [layer for layer in self._message.layers if counts[layer.dataset] > 1]
-        chosen = list(steps)
         places = (MAX_LAYERS - len(message.layers)) // max(len(moving), 1)
         for layer in moving:
             for step in _evenly(sorted({arguments.one_step(step, counts[layer.dataset]) for step in chosen}), places):
@@ -197,6 +198,13 @@ class View:
         fitted = View.from_dict(self._session, to_dict(message))
         answer, _ = self._session.connection.collect(fitted.submit())[-1]
         return self.replace(camera=to_dict(answer.frame.camera)) if answer.frame.HasField("camera") else self
+
+    def with_still_axes(self) -> View:
+        """The view, whose axes stand around the whole plot if it does not say around what: in no step elsewhere."""
+        annotations = self._message.annotations
+        if not annotations.axes or annotations.axes_around:
+            return self
+        return self.replace(annotations={**to_dict(annotations), "axesAround": "plot"})
 
     @property
     def message(self) -> Message:

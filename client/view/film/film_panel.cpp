@@ -178,7 +178,8 @@ void FilmPanel::drawFiles(const FilmModel& model, const FilmState& state, FilmAc
     chooseName("##kind", kind_, names);
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip(
-            "full colour keeps the colours of single points, but Firefox and QuickTime do not play it");
+            "full colour keeps the colours of single points; QuickTime and some builds of Firefox do not "
+            "play it");
     ImGui::SameLine(0.0F, 16.0F * scale);
     drawJob(state, actions, scale);
     const auto& sentence = state.failure.empty() ? state.message : state.failure;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/film/sized_script.h"
 
+#include <map>
 #include <string>
 #include <utility>
 
@@ -16,6 +17,18 @@ void eachView(proto::Script& script, const Take& take) {
     for (auto& view : *script.mutable_views()) take(view);
     for (auto& keyframe : *script.mutable_keyframes()) take(*keyframe.mutable_view());
     if (script.has_view()) take(*script.mutable_view());
+}
+
+bool goesThroughSteps(const proto::Script& script) {
+    for (const auto& move : script.moves())
+        if (move.has_play_steps()) return true;
+    std::map<std::string, std::uint32_t> steps;
+    for (const auto& keyframe : script.keyframes()) {
+        for (const auto& layer : keyframe.view().layers()) {
+            if (steps.try_emplace(layer.dataset(), layer.step()).first->second != layer.step()) return true;
+        }
+    }
+    return false;
 }
 
 }  // namespace
@@ -37,6 +50,15 @@ proto::Script annotatedScript(proto::Script script) {
         annotations.set_color_bar(true);
         annotations.set_scale_bar(true);
         annotations.set_labels(true);
+    });
+    return script;
+}
+
+proto::Script withStillAxes(proto::Script script) {
+    if (!goesThroughSteps(script)) return script;
+    eachView(script, [](proto::View& view) {
+        if (!view.annotations().axes() || !view.annotations().axes_around().empty()) return;
+        view.mutable_annotations()->set_axes_around("plot");
     });
     return script;
 }

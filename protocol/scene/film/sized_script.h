@@ -24,4 +24,8 @@ proto::Annotations annotatedAsUsual(proto::Annotations annotations);
 /// The script, every view of which that says nothing of annotations has axes, labels and bars.
 proto::Script annotatedScript(proto::Script script);
 
+/// The script; if it is a film that goes through steps of a dataset, its axes stand around whole plots, where
+/// views do not say around what: a box that followed each step would jump.
+proto::Script withStillAxes(proto::Script script);
+
 }  // namespace mote

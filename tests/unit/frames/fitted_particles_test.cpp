@@ -120,6 +120,23 @@ TEST(FittedParticles, AHandThatTakesTheViewChangesNoAxes) {
     }
 }
 
+TEST(FittedParticles, AxesAroundThePlotStandStill) {
+    std::mt19937 dice(9);
+    for (int round = 0; round < 20; ++round) {
+        MemorySource source;
+        source.add("test/beam", {clustersOf(dice)});
+        auto view = test::viewOf(withAxes(layerOf(dice)));
+        view.annotations->set_axes_around("plot");
+        EXPECT_EQ(boxOf(view, source), std::nullopt) << "the whole plot";
+        ASSERT_TRUE(fitLayers(view, source).value());
+        const auto& transform = view.layers[0].transform;
+        CameraFit plot(outlookOf({}, transform), view.aspect(), fitMargin(view));
+        plot.enter(transform);
+        plot.add(plotBounds);
+        EXPECT_EQ(view.camera, plot.camera()) << round;
+    }
+}
+
 TEST(FittedParticles, OnTheWayToAnotherStepAxesGoWithIt) {
     const auto at = [](double place) {
         return test::MemoryStep::make({{glm::dvec3(place), 1.0}, {glm::dvec3(place + 0.1), 1.0}}, {});

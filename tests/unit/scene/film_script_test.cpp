@@ -191,6 +191,27 @@ TEST(FilmScript, AnnotatesViewsThatSayNothingOfIt) {
     EXPECT_TRUE(film.keyframes(1).view().annotations().axes());
 }
 
+TEST(FilmScript, AxesStandStillWhereAFilmGoesThroughSteps) {
+    const auto around = [](const std::string& text) {
+        const auto script = withStillAxes(withViews(text));
+        const auto& first = script.keyframes().empty() ? script.view() : script.keyframes(0).view();
+        return first.annotations().axes_around();
+    };
+    const std::string axes =
+                          "{'width': 8, 'height': 8, 'annotations': {'axes': true}, 'layers': "
+                          "[{'dataset': 'a/b', 'particles': {}",
+                      play = "'moves': [{'seconds': 1, 'playSteps': {'from': 0, 'to': 3}}]}";
+    EXPECT_EQ(around("{'view': " + axes + "}]}, " + play), "plot");
+    EXPECT_EQ(around("{'view': " + axes + "}]}, 'moves': [{'seconds': 1, 'hold': {}}]}"), "");
+    EXPECT_EQ(around("{'view': VIEW, " + play), "");
+    EXPECT_EQ(around("{'view': {'annotations': {'axes': true, 'axesAround': 'shown'}}, " + play), "shown");
+    const auto keyframes = [&](const std::string& last) {
+        return "{'keyframes': [{'view': " + axes + "}]}}, {'seconds': 1, 'view': " + axes + last + "}]}}]}";
+    };
+    EXPECT_EQ(around(keyframes("")), "");
+    EXPECT_EQ(around(keyframes(", 'step': 2")), "plot");
+}
+
 /// What one view says and the other leaves out has something in between, and so do two scales.
 TEST(FilmScript, MixesLengthsAsPixels) {
     const auto film = filmOf(scriptOf(
