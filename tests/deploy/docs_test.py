@@ -31,7 +31,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PIECE = re.compile(r"^<!-- (?P<key>not run|file|before): (?P<text>.*?) -->$|^```(?P<kind>\w*)\n(?P<body>.*?)^```$",
                    re.M | re.S)
 SERVER = re.compile(r"^mote-(?:server|web) (?!.*--(?:check-config|version|help))")
-TIME = 110  # seconds
+TIME = 400  # seconds, for what hangs: README takes 24 alone, and minutes where much else runs
 
 # Functions of the shell that the commands run in.
 PRELUDE = r"""
