@@ -1,11 +1,11 @@
-# Packages for Debian, made by cpack in the build's folder: mote-client, mote-server, mote-prep and python3-mote, and
-# mote-adios2 where ADIOS2 is, which would bring sixty libraries to who never reads its files. What they need of
+# Packages for Debian, made by cpack in the build's folder: mote-view, mote-client, mote-server, mote-prep and
+# python3-mote, and mote-adios2 where ADIOS2 is, which would bring sixty libraries to who never reads its files. What they need of
 # other packages, dpkg-shlibdeps finds in the programs; deploy/check-packages installs them where nothing else is.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mote)
 set(CPACK_PACKAGE_CONTACT "The Mote developers")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Remote visualization of particle runs")
-set(CPACK_COMPONENTS_ALL client server prep python)
+set(CPACK_COMPONENTS_ALL view client server prep python)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 # Not a prefix of their own while they are packed: the unit names the folder of the programs.
 set(CPACK_SET_DESTDIR ON)
@@ -16,8 +16,10 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEBUGINFO_PACKAGE OFF)
 
+set(CPACK_COMPONENT_VIEW_DESCRIPTION
+  "Mote's viewer\n mote-view shows what a server draws; mote connects to other machines.")
 set(CPACK_COMPONENT_CLIENT_DESCRIPTION
-  "Mote's clients\n The viewer mote-view, mote-frames for scripts and films, mote-stats for numbers; mote connects to other machines.")
+  "Mote's clients\n mote-frames for scripts and films, mote-stats for numbers, mote-web for browsers, beside the viewer.")
 set(CPACK_COMPONENT_SERVER_DESCRIPTION
   "Mote's server\n Renders datasets where they lie and streams the pictures to clients. runs jobs that make datasets.")
 set(CPACK_COMPONENT_PREP_DESCRIPTION
@@ -33,7 +35,10 @@ if(TARGET mote-adios2)
   set(CPACK_DEBIAN_ADIOS2_PACKAGE_DEPENDS "mote-prep (= ${PROJECT_VERSION})")
   set(CPACK_DEBIAN_PREP_PACKAGE_SUGGESTS "openmpi-bin, mote-adios2")
 endif()
-set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "python3, openssh-client")
+# The viewer loads what decodes H.264 where it is there; without it, pictures of thin lines come as JPEG.
+string(REGEX MATCH "^[0-9]+" avcodec "${AVCODEC_libavcodec_VERSION}")
+set(CPACK_DEBIAN_VIEW_PACKAGE_RECOMMENDS "libavcodec${avcodec}, python3, openssh-client")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "mote-view (= ${PROJECT_VERSION})")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
   "Mote in Python\n Pictures, numbers and jobs of a server, for scripts and notebooks.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-mote)

@@ -4,13 +4,10 @@
 #include <fmt/format.h>
 #include <turbojpeg.h>
 #include <zstd.h>
-#include <algorithm>
 #include <memory>
 
 #include "protocol/scene/view.h"
-#include "protocol/wire/av_owners.h"
 #include "protocol/wire/row_filter.h"
-#include "protocol/wire/ycc.h"
 
 namespace mote::client {
 namespace {
@@ -106,87 +103,6 @@ Result<FramePixels> FrameDecoder::decode(const proto::Frame& message, std::span<
         return corrupt("frame", "an H.264 picture cannot hold linear halves");
     auto pixels = h264_.decode(message.width(), message.height(), message.key(), payload);
     wantsKey_ = !pixels.ok();
-    return pixels;
-}
-
-namespace {
-
-Error outOfMemory() {
-    return {ErrorCode::resourceExhausted, "frame", "there is not enough memory to decode the picture"};
-}
-
-bool isWhole(const AVFrame& frame) {
-    const bool format = frame.format == AV_PIX_FMT_YUV420P || frame.format == AV_PIX_FMT_YUVJ420P;
-    return format && frame.decode_error_flags == 0 && (frame.flags & AV_FRAME_FLAG_CORRUPT) == 0;
-}
-
-}  // namespace
-
-struct H264Decoder::Stream {
-    wire::CodecOwner context;
-    wire::FrameOwner frame{av_frame_alloc()};
-    wire::PacketOwner packet{av_packet_alloc()};
-
-    Status open(std::uint32_t width, std::uint32_t height) {
-        av_log_set_level(AV_LOG_QUIET);  // damage is told by an Error
-        const AVCodec* codec = avcodec_find_decoder(AV_CODEC_ID_H264);
-        if (!codec) return Error{ErrorCode::unsupported, "frame", "libavcodec has no H.264 decoder here"};
-        context.reset(avcodec_alloc_context3(codec));
-        if (!context || !frame || !packet) return outOfMemory();
-        context->thread_count = 1;
-        context->flags |= AV_CODEC_FLAG_LOW_DELAY;
-        context->err_recognition = AV_EF_EXPLODE | AV_EF_BITSTREAM | AV_EF_BUFFER;
-        context->error_concealment = 0;
-        // No stream takes more memory than its message told: sides up to the next macroblocks, and a few
-        // more.
-        context->max_pixels = (std::int64_t{width} + 64) * (std::int64_t{height} + 64);
-        if (avcodec_open2(context.get(), codec, nullptr) < 0) return outOfMemory();
-        return success();
-    }
-
-    /// Leaves the picture in `frame`.
-    Status decode(std::span<const std::uint8_t> payload) {
-        if (payload.empty() || payload.size() > INT32_MAX / 2)
-            return corrupt("frame", "the picture is no H.264");
-        // Decoders read beyond the end: libavcodec's own buffers are padded for it.
-        if (av_new_packet(packet.get(), static_cast<int>(payload.size())) < 0) return outOfMemory();
-        std::copy(payload.begin(), payload.end(), packet->data);
-        const int sent = avcodec_send_packet(context.get(), packet.get());
-        av_packet_unref(packet.get());
-        if (sent < 0 || avcodec_receive_frame(context.get(), frame.get()) < 0 || !isWhole(*frame)) {
-            return corrupt("frame", "the picture is damaged: it is not one whole H.264 picture");
-        }
-        return success();
-    }
-};
-
-H264Decoder::H264Decoder() = default;
-H264Decoder::~H264Decoder() = default;
-
-bool H264Decoder::available() {
-    return avcodec_find_decoder(AV_CODEC_ID_H264) != nullptr;
-}
-
-Result<FramePixels> H264Decoder::decode(std::uint32_t width, std::uint32_t height, bool key,
-                                        std::span<const std::uint8_t> payload) {
-    auto stream = std::move(stream_);
-    if (key) {
-        stream = std::make_unique<Stream>();
-        MOTE_RETURN_IF_ERROR(stream->open(width, height));
-    }
-    if (!stream) return Error{ErrorCode::cancelled, "frame", "it needs a picture that was not decoded"};
-    MOTE_RETURN_IF_ERROR(stream->decode(payload));
-    const AVFrame& frame = *stream->frame;
-    if (frame.width != static_cast<int>(width + width % 2) ||
-        frame.height != static_cast<int>(height + height % 2)) {
-        return corrupt("frame", "the picture has another size than its message says");
-    }
-    FramePixels pixels{width, height, proto::SRGB8, {}};
-    pixels.bytes.resize(std::size_t{width} * height * 4);
-    const wire::YccPicture<const std::uint8_t> ycc{{frame.data[0], frame.data[1], frame.data[2]},
-                                                   {frame.linesize[0], frame.linesize[1], frame.linesize[2]}};
-    wire::yccToRgba(width, ycc, pixels.bytes);
-    stream_ = std::move(stream);
     return pixels;
 }
 

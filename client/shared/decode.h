@@ -26,8 +26,8 @@ struct FramePixels {
     std::vector<std::uint8_t> bytes;
 };
 
-/// The H.264 frames of one connection, one after the other. One owner, one thread at a time; its source is
-/// the only place of the client that knows libavcodec.
+/// The H.264 frames of one connection, one after the other, by libavcodec where it is installed. One owner,
+/// one thread at a time.
 class H264Decoder {
   public:
     H264Decoder();
@@ -35,7 +35,7 @@ class H264Decoder {
     H264Decoder(const H264Decoder&) = delete;
     H264Decoder& operator=(const H264Decoder&) = delete;
 
-    /// Tells whether libavcodec has a decoder on this machine.
+    /// Tells whether libavcodec is on this machine and has a decoder.
     static bool available();
 
     /// Decodes a picture of a size that has been checked. After an error nothing is decoded up to the next

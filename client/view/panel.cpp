@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/shared/decode.h"
 #include "client/shared/jobs.h"
 #include "client/view/layers/field_controls.h"
 #include "client/view/slider_values.h"
@@ -25,7 +26,7 @@ const char* encodingName(proto::Frame::Encoding encoding) {
         case proto::Frame::H264:
             return "H.264";
         default:
-            return "JPEG";
+            return H264Decoder::available() ? "JPEG" : "JPEG: libavcodec is not installed";
     }
 }
 

@@ -147,7 +147,7 @@ struct WideFunction {
     Wide avx2, avx512;
 };
 
-#ifdef __x86_64__
+#ifdef MOTE_WITH_SLEEF
 }  // namespace
 
 // SLEEF's functions within 1 unit in the last place, those of one result for all processors with fused
@@ -246,7 +246,7 @@ void runWide(Wide wide, Op operation, const double* a, const double* b, double* 
 }  // namespace
 
 FunctionVectors functionVectorsHere() {
-#ifdef __x86_64__
+#ifdef MOTE_WITH_SLEEF
     static const auto here = !__builtin_cpu_supports("fma")      ? FunctionVectors::none
                              : __builtin_cpu_supports("avx512f") ? FunctionVectors::avx512
                              : __builtin_cpu_supports("avx2")    ? FunctionVectors::avx2

@@ -6,6 +6,7 @@
 """
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,11 @@ import unittest
 BUILD = pathlib.Path(sys.argv.pop(1))
 PREFIX = "/usr/local"
 PROGRAMS = ("mote", "mote-prep", "mote-server", "mote-supervise", "mote-frames", "mote-stats", "mote-view", "mote-web")
+
+
+# What the viewer's program names: it runs where little else is (docs/VIEWER.md). H.264 it loads where it is there.
+VIEWER_NEEDS = {"libc", "libcrypto", "libdeflate", "libepoxy", "libfmt", "libgcc_s", "libglfw", "libm", "libprotobuf", "libsleef",
+                "libssl", "libstb", "libstdc++", "libturbojpeg", "libzstd"}
 
 
 class Install(unittest.TestCase):
@@ -54,6 +60,14 @@ class Install(unittest.TestCase):
                      "share/man/man1/mote-connect.1", "lib/python3/dist-packages/mote/mote.desc",
                      "share/doc/mote/docs/FORMAT.md", "share/doc/mote/examples/mote-server.toml"):
             self.assertTrue(self.at(name).is_file(), name)
+
+    def test_the_viewer_is_light(self):
+        said = subprocess.run(["readelf", "--dynamic", self.at("bin/mote-view")], check=True, capture_output=True, text=True)
+        needed = set(re.findall(r"\(NEEDED\).*\[(.*?)\.so", said.stdout))
+        if any(name.startswith(("libasan", "libtsan", "libubsan")) for name in needed):
+            self.skipTest("it was built with a sanitizer")
+        self.assertIn("libglfw", needed)
+        self.assertLessEqual({name for name in needed if not name.startswith("ld-linux")}, VIEWER_NEEDS)
 
     def test_the_unit_starts_the_installed_server(self):
         unit = self.at("share/systemd/user/mote-server.service").read_text(encoding="utf-8")
