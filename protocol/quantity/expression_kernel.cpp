@@ -144,7 +144,7 @@ using Wide = void (*)(const double* a, const double* b, double* to, std::size_t 
 /// An operation in vectors of 256 and 512 bits; null where they have none.
 struct WideFunction {
     Op operation;
-    Wide avx2, avx512;
+    Wide avx2 = nullptr, avx512 = nullptr;
 };
 
 #ifdef MOTE_WITH_SLEEF
