@@ -185,9 +185,8 @@ class TileGather {
             const Int slabIndex = hn::Min(hn::ConvertTo(ints, slab), lastSlab);
             const Int cell = hn::Add(hn::ShiftLeft<10>(slabIndex),
                                      pixelIndex(hn::ConvertTo(ints, x), hn::ConvertTo(ints, y)));
-            const std::size_t hits =
-                hn::CompressStore(cell, hn::RebindMask(ints, seen), ints, numbers_.data());
-            hn::CompressStore(hn::Sub(slab, hn::ConvertTo(floats, slabIndex)), seen, floats, places_.data());
+            const std::size_t hits = storePacked(ints, cell, hn::RebindMask(ints, seen), numbers_.data());
+            storePacked(floats, hn::Sub(slab, hn::ConvertTo(floats, slabIndex)), seen, places_.data());
             for (std::size_t hit = 0; hit < hits; ++hit) {
                 sums_.add(static_cast<std::uint32_t>(numbers_[hit]), weight, weight * places_[hit]);
             }
@@ -357,9 +356,9 @@ struct NearView {
     HWY_INLINE std::size_t store(const Projected& at, Float slab, Mask drawn, ScreenPoint* out) const {
         const Mask seen = near(at, drawn);
         HWY_ALIGN std::array<float, mostLanes> xs, ys, slabs;
-        const std::size_t hits = hn::CompressStore(at.x, seen, floats, xs.data());
-        hn::CompressStore(at.y, seen, floats, ys.data());
-        hn::CompressStore(hn::Min(hn::Max(slab, hn::Zero(floats)), farthest), seen, floats, slabs.data());
+        const std::size_t hits = storePacked(floats, at.x, seen, xs.data());
+        storePacked(floats, at.y, seen, ys.data());
+        storePacked(floats, hn::Min(hn::Max(slab, hn::Zero(floats)), farthest), seen, slabs.data());
         for (std::size_t hit = 0; hit < hits; ++hit) out[hit] = {xs[hit], ys[hit], slabs[hit]};
         return hits;
     }
@@ -407,12 +406,10 @@ std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float mar
                            : projectPreviewOf<false>(map, run, margin, out);
 }
 
-/// Stores the chosen lanes side by side; returns how many. `whole`: a whole vector has room there, which
-/// CompressStore may write.
+/// Stores the chosen lanes side by side; returns how many. `whole`: a whole vector has room there.
 HWY_INLINE std::size_t storeSeen(Int values, hn::Mask<Ints> seen, bool whole, std::uint32_t* out) {
     auto* const at = reinterpret_cast<std::int32_t*>(out);
-    return whole ? hn::CompressStore(values, seen, ints, at)
-                 : hn::CompressBlendedStore(values, seen, ints, at);
+    return whole ? storePacked(ints, values, seen, at) : hn::CompressBlendedStore(values, seen, ints, at);
 }
 
 template <bool perspective>

@@ -39,6 +39,19 @@ constexpr Ints ints;
 constexpr Shorts shorts;
 constexpr std::size_t mostLanes = HWY_MAX_BYTES / sizeof(float);
 
+/// Stores the lanes of a mask side by side; returns how many. All of a vector may be written there. (What
+/// AVX-512 has to pack lanes into memory takes a hundred cycles and more on AMD's processors, in a register
+/// four.)
+template <class D>
+HWY_INLINE std::size_t storePacked(D d, hn::Vec<D> values, hn::Mask<D> chosen, hn::TFromD<D>* to) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+    hn::StoreU(hn::Compress(values, chosen), d, to);
+    return hn::CountTrue(d, chosen);
+#else
+    return hn::CompressStore(values, chosen, d, to);
+#endif
+}
+
 /// A vector of points, on the screen.
 struct Projected {
     Float x, y;
@@ -219,9 +232,9 @@ class Discs {
     /// Those of the mask. `slab`: where `slabs`.
     template <bool slabs>
     HWY_INLINE void set(Float x, Float y, Float slab, Mask seen, float reach, const PixelBox& box) {
-        count_ = hn::CompressStore(x, seen, floats, x_.data());
-        hn::CompressStore(y, seen, floats, y_.data());
-        if (slabs) hn::CompressStore(slab, seen, floats, slab_.data());
+        count_ = storePacked(floats, x, seen, x_.data());
+        storePacked(floats, y, seen, y_.data());
+        if (slabs) storePacked(floats, slab, seen, slab_.data());
         // Pixel i has its centre at i + 1/2.
         const Float toCentre = hn::Set(floats, 0.5F), far = hn::Set(floats, reach);
         const auto first = [&](Float at, std::int32_t least) {
@@ -233,10 +246,10 @@ class Discs {
             return hn::Min(hn::Add(hn::ConvertTo(ints, pixel), hn::Set(ints, 1)), hn::Set(ints, most));
         };
         const auto mask = hn::RebindMask(ints, seen);
-        hn::CompressStore(first(x, box.left), mask, ints, left_.data());
-        hn::CompressStore(end(x, box.right), mask, ints, right_.data());
-        hn::CompressStore(first(y, box.top), mask, ints, top_.data());
-        hn::CompressStore(end(y, box.bottom), mask, ints, bottom_.data());
+        storePacked(ints, first(x, box.left), mask, left_.data());
+        storePacked(ints, end(x, box.right), mask, right_.data());
+        storePacked(ints, first(y, box.top), mask, top_.data());
+        storePacked(ints, end(y, box.bottom), mask, bottom_.data());
     }
 
     /// Those of some points on the screen, no more than a vector.
