@@ -305,8 +305,17 @@ std::optional<Bar> densityBar(const LayerFacts& facts, const Layer& layer) {
                ""};
 }
 
-std::optional<Bar> valueBar(const proto::Manifest& manifest, const TransferFunction& transfer) {
-    const ValueRange range = transfer.colors.empty() ? transfer.colorRange : transfer.span;
+bool hasColorRange(const Layer& layer) {
+    return layer.hybrid() != nullptr && !layer.hybrid()->color_range().empty();
+}
+
+/// Of the values that there are, unless the view says the range.
+std::optional<Bar> valueBar(const proto::Manifest& manifest, const TransferFunction& transfer,
+                            const Layer& layer) {
+    ValueRange range = transfer.colors.empty() ? transfer.colorRange : transfer.span;
+    const ValueRange values{manifest.hybrid().value_min(), manifest.hybrid().value_max()};
+    if (!hasColorRange(layer) && values.low < values.high)
+        range = {std::max(range.low, values.low), std::min(range.high, values.high)};
     if (!(range.low < range.high)) return std::nullopt;
     const auto color = [transfer, range](double share) {
         return transfer.color(range.low + share * (range.high - range.low));
@@ -345,7 +354,8 @@ std::vector<Bar> barsOf(const View& view, const std::vector<LayerFacts>& layers)
         if (facts.transfer && facts.manifest->has_particles())
             add(densityBar(facts, view.layers[i]), sameDensityColors(facts));
         if (facts.transfer && facts.manifest->has_hybrid())
-            add(valueBar(*facts.manifest, *facts.transfer), std::string(facts.transfer->colorMap.name()));
+            add(valueBar(*facts.manifest, *facts.transfer, view.layers[i]),
+                std::string(facts.transfer->colorMap.name()));
         if (view.layers[i].colorBy) add(columnBar(view.layers[i], facts), "");
     }
     return bars;

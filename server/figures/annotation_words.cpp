@@ -52,7 +52,7 @@ RichText stepText(const Layer& layer, const proto::Manifest& manifest) {
 RichText timeOf(const Layer& layer, const proto::Manifest& manifest) {
     const auto& steps = manifest.particles().steps();
     const auto there = [&](std::uint32_t step) { return static_cast<int>(step) < steps.size(); };
-    if (steps.size() < 2 || !there(layer.step) || (layer.towards && !there(layer.towards->step))) return {};
+    if (!there(layer.step) || (layer.towards && !there(layer.towards->step))) return {};
     const bool known =
         std::any_of(steps.begin(), steps.end(), [](const auto& step) { return step.time() != 0.0; });
     if (!known) return {};
@@ -71,6 +71,9 @@ RichText countOf(const Layer& layer, const LayerFacts& facts) {
     std::vector<RichText> parts;
     if (facts.chosen) parts.push_back(of(*facts.chosen, ""));
     if (facts.highlighted) parts.push_back(of(*facts.highlighted, " highlighted"));
+    if (parts.empty()) parts.push_back(upright(all + " particles"));
+    if (const auto& species = facts.manifest->particles().species(); !species.empty())
+        parts.push_back(upright(species));
     return joined(parts);
 }
 

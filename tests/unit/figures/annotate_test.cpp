@@ -223,6 +223,28 @@ TEST(Annotate, wordsTellDatasetStepTimeAndCounts) {
     EXPECT_EQ(words.count("10^5"), 1u);
 }
 
+TEST(Annotate, wordsTellHowManyParticlesOfWhichSpecies) {
+    View view = viewOf(1280, 720);
+    auto facts = factsOf(view);
+    auto manifest = *facts[0].manifest;
+    manifest.mutable_particles()->set_species("H-");
+    facts[0].manifest = std::make_shared<proto::Manifest>(manifest);
+    EXPECT_EQ(wordsOf(annotate(view, facts))
+                  .count("1234 of 1\u2009000\u2009000 particles   99 of 1\u2009000\u2009000 particles "
+                         "highlighted   H-"),
+              1u);
+    facts[0].chosen.reset();
+    facts[0].highlighted.reset();
+    // A run of one step has a time, too.
+    manifest.mutable_particles()->mutable_steps()->DeleteSubrange(0, 1);
+    manifest.mutable_particles()->mutable_steps()->DeleteSubrange(1, 1);
+    view.layers[0].step = 0;
+    facts[0].manifest = std::make_shared<proto::Manifest>(manifest);
+    const auto words = wordsOf(annotate(view, facts));
+    EXPECT_EQ(words.count("1\u2009000\u2009000 particles   H-"), 1u);
+    EXPECT_EQ(words.count("data/beam   t = 1\u2009ns"), 1u);
+}
+
 TEST(Annotate, wordsTellBothStepsThatALayerIsBetween) {
     View view = viewOf(1280, 720);
     view.layers[0].towards = Towards{2, 0.25};
@@ -285,6 +307,25 @@ TEST(Annotate, aDensityBarHasTheColorsThatAreDrawn) {
     const glm::dvec3 thin = linearToSrgb(facts[0].transfer->color(0.1)) * 255.0;
     EXPECT_NEAR(color(0.1)[0], thin.x, 4.0);
     EXPECT_NEAR(color(0.1)[2], thin.z, 4.0);
+}
+
+/// Colours begin below the least value, so that what is thin can be read; values do not.
+TEST(Annotate, aBarOfValuesHasThoseThatThereAre) {
+    auto manifest = std::make_shared<proto::Manifest>();
+    manifest->mutable_hybrid()->set_value_min(0.0);
+    manifest->mutable_hybrid()->set_value_max(255.0);
+    View view = viewOf(1280, 720);
+    view.annotations = asked(false, true, false, false);
+    view.layers[0].style = *parseHybridStyle({});
+    LayerFacts facts{manifest, particlesStyleOf(*parseParticlesStyle({})).transfer()};
+    facts.transfer->colorRange = {-60.0, 255.0};
+    EXPECT_EQ(wordsOf(annotate(view, {facts})),
+              (std::set<std::string>{"0", "50", "100", "150", "200", "250", "value"}));
+    proto::HybridStyle said;
+    said.add_color_range(-60.0);
+    said.add_color_range(255.0);
+    view.layers[0].style = *parseHybridStyle(said);
+    EXPECT_EQ(wordsOf(annotate(view, {facts})).count("\u221250"), 1u);
 }
 
 /// What the one scale bar of a picture says over what it is, in metres a pixel.
