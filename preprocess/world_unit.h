@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The unit of a length in the world of a volume or a mesh: what its file says, else what the request says.
-// A pure function.
+// The unit of a length in the world of a volume or a mesh: what its file says, else what the request says,
+// else, in a frame of patients, millimetres. Pure functions.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,6 +9,7 @@
 #include <string>
 
 #include "preprocess/job.h"
+#include "preprocess/volume/volume_shape.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/space/length_unit.h"
@@ -30,6 +31,23 @@ inline Result<std::string> worldUnitFor(const proto::JobRequest& request, const 
     progress.note(fmt::format(
         "the file's lengths are in \"{}\", which is no known unit: they are taken for {}", said, asked));
     return asked;
+}
+
+inline constexpr const char* millimetresAssumed =
+    "the file does not say the unit of its lengths: in a frame of patients they are taken for mm";
+
+/// Whether lengths are in mm though the file does not say so: all that write patients' frames write mm.
+inline bool inUnsaidMillimetres(const VolumeShape& shape) {
+    return shape.worldUnit.empty() && !shape.worldSpace.empty();
+}
+
+/// Of a volume, in whose frame of patients mm need not be said. Errors: as above.
+inline Result<std::string> worldUnitFor(const proto::JobRequest& request, const VolumeShape& shape,
+                                        Progress& progress) {
+    if (!request.unit().empty() || !inUnsaidMillimetres(shape))
+        return worldUnitFor(request, shape.worldUnit, progress);
+    progress.note(millimetresAssumed);
+    return std::string("mm");
 }
 
 }  // namespace mote::prep

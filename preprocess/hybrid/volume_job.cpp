@@ -473,7 +473,7 @@ class Job {
     /// The plan follows from the first volume; the others must be like it.
     Status planFrom(const VolumeShape& shape) {
         shape_ = shape;
-        MOTE_ASSIGN_OR_RETURN(shape_.worldUnit, worldUnitFor(request_, shape.worldUnit, progress_));
+        MOTE_ASSIGN_OR_RETURN(shape_.worldUnit, worldUnitFor(request_, shape, progress_));
         MOTE_ASSIGN_OR_RETURN(plan_, planVolume(request_.volume(), shape));
         MOTE_ASSIGN_OR_RETURN(memory_,
                               planMemory(plan_, resources_.memory, tbb::this_task_arena::max_concurrency()));

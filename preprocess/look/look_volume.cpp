@@ -12,6 +12,7 @@
 #include "preprocess/look/silent_notes.h"
 #include "preprocess/readers/input_files.h"
 #include "preprocess/volume/volume_source.h"
+#include "preprocess/world_unit.h"
 
 namespace mote::prep {
 namespace {
@@ -102,7 +103,9 @@ Result<Found> lookAtField(const std::vector<std::filesystem::path>& inputs, cons
             found.format = (*source)->format();
             found.told = toldBy(wanted.format(), toldOfVolume(found.format));
             range.unit = (*source)->shape().valueUnit;
-            addShape((*source)->shape(), steps.size(), found);
+            VolumeShape shape = (*source)->shape();
+            MOTE_ASSIGN_OR_RETURN(shape.worldUnit, worldUnitFor(proto::JobRequest{}, shape, notes));
+            addShape(shape, steps.size(), found);
         }
         const Status read = source.ok() ? readRange(**source, notes, range) : Status(source.error());
         if (!read.ok() && read.error().code == ErrorCode::cancelled) return read.error();

@@ -58,7 +58,7 @@ Result<TriangleMesh> readSurface(const proto::JobRequest& request, const fs::pat
     }
     MOTE_ASSIGN_OR_RETURN(const auto source, openVolumeSource(job.source(), input, progress));
     world.space = source->shape().worldSpace;
-    MOTE_ASSIGN_OR_RETURN(world.unit, worldUnitFor(request, source->shape().worldUnit, progress));
+    MOTE_ASSIGN_OR_RETURN(world.unit, worldUnitFor(request, source->shape(), progress));
     const auto slices = source->shape().voxelsOfSlice() * bytesPerSample;
     if (slices > memory) {
         return Error{

@@ -225,11 +225,13 @@ class Nifti(Case):
     def test_containers_slopes_and_units(self):
         image = nibabel.Nifti1Image(VALUES.transpose(2, 1, 0).astype("i2"), OBLIQUE)
         image.header.set_slope_inter(0.5, -20)
-        for unit, name in (("mm", "mm"), ("meter", "m"), ("micron", "um")):
+        for unit, name in (("mm", "mm"), ("meter", "m"), ("micron", "um"), ("unknown", "mm")):
             image.header.set_xyzt_units(unit)
             made = volume(self.save(image, "a.nii.gz"))
             self.same(made, 0.5 * VALUES - 20, OBLIQUE)
             self.assertEqual(made.unit, name)
+            self.assertEqual("does not say the unit of its lengths" in made.notes, unit == "unknown")
+        self.assertEqual(volume(self.folder / "a.nii.gz", "--unit", "cm").unit, "cm")
         pair = nibabel.Nifti1Pair(VALUES.transpose(2, 1, 0).astype("i2"), OBLIQUE)
         nibabel.save(pair, self.folder / "b.hdr")
         self.same(volume(self.folder / "b.hdr"), VALUES, OBLIQUE)
