@@ -9,6 +9,7 @@
 #include "preprocess/look/look_at.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/scene/complain.h"
+#include "protocol/scene/film/sized_script.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::prep {
@@ -57,12 +58,9 @@ proto::Script viewOf(const AutoChoice& choice, const OutputName& output) {
     layer.set_dataset(named(choice.request.has_image() ? "-dots" : ""));
     if (choice.request.has_particles()) layer.mutable_particles();
     if (choice.request.has_volume()) layer.mutable_hybrid();
-    if (choice.request.has_particles() || choice.request.has_volume()) {  // as the viewer begins
-        view.mutable_annotations()->set_axes(true);
-        view.mutable_annotations()->set_color_bar(true);
-    }
     if (choice.request.has_mesh()) layer.mutable_mesh();
-    if (choice.request.has_image()) layer.mutable_stipple()->set_image(named(""));
+    if (!choice.request.has_image()) return annotatedScript(std::move(script));
+    layer.mutable_stipple()->set_image(named(""));  // nothing lies over a photograph
     return script;
 }
 

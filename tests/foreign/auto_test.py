@@ -69,7 +69,7 @@ class Auto(Case):
         chosen = self.auto("run.h5")
         self.assertEqual((chosen["made"], chosen["axes"], chosen["volume"]), ("particles", "x,px,y", "32 cells a side"))
         view = json.loads((self.folder / "made.view.json").read_text(encoding="utf-8"))["views"][0]
-        self.assertEqual(view["annotations"], {"axes": True, "colorBar": True})
+        self.assertEqual(view["annotations"], dict.fromkeys(("axes", "colorBar", "scaleBar", "labels"), True))
         self.draw()
         self.assertEqual(self.left(), ["made.mote", "made.view.json"])
 
