@@ -136,15 +136,35 @@ Status checkLengths(const View& view) {
     return success();
 }
 
-namespace {}  // namespace
+namespace {
 
-double fitMargin(const View& view) {
-    constexpr double labels = 4.5, bars = 7.5, most = 0.25;  // em; em; of the picture's shorter side
-    if (!view.annotations || !view.annotations->axes()) return CameraFit::usualMargin;
-    const double side = std::min(view.width, view.height);
+bool hasAxes(const Layer& layer) {
+    return isFitted(layer) && layer.particles() != nullptr;
+}
+
+bool mayHaveBar(const Layer& layer) {
+    return isFitted(layer) && (layer.particles() != nullptr || layer.hybrid() != nullptr);
+}
+
+}  // namespace
+
+glm::dvec2 fitMargin(const View& view) {
+    constexpr double beside = 4.5, below = 3.6, bar = 7.5, most = 0.3;  // em; of the picture
+    glm::dvec2 margin(CameraFit::usualMargin);
+    if (!view.annotations) return margin;
     const double em = fontPixels(*view.annotations, view.width, view.height, view.scale);
-    const double beside = view.annotations->color_bar() ? bars * em / view.width : 0.0;
-    return std::clamp(std::max(labels * em / side, beside), CameraFit::usualMargin, most);
+    const glm::dvec2 inPicture(em / view.width, em / view.height);
+    const auto& layers = view.layers;
+    if (view.annotations->axes() && std::any_of(layers.begin(), layers.end(), hasAxes))
+        margin = glm::max(margin, glm::dvec2(beside, below) * inPicture);
+    if (view.annotations->color_bar() && std::any_of(layers.begin(), layers.end(), mayHaveBar))
+        margin.x = std::max(margin.x, bar * inPicture.x);
+    return glm::min(margin, glm::dvec2(most));
+}
+
+double fittedAspect(const View& view) {
+    const glm::dvec2 within = 1.0 - 2.0 * fitMargin(view);
+    return view.aspect() * within.x / within.y;
 }
 
 Outlook outlookOf(const std::optional<Outlook>& own, const glm::dmat4& transform) {
@@ -171,7 +191,7 @@ void fitLayers(View& view, std::span<const std::optional<LayerBox>> boxes) {
         const Bounds inWorld = boxes[i]->box.transformed(transform);
         all = all ? all->united(inWorld) : inWorld;
     }
-    if (all) view.camera = fitCamera(*all, view.aspect(), outlook, fitMargin(view));
+    if (all) view.camera = fitCamera(*all, fittedAspect(view), outlook, fitMargin(view).y);
 }
 
 }  // namespace mote

@@ -35,9 +35,11 @@ Status checkLengths(const View& view);
 /// there is nothing.
 bool isFitted(const Layer& layer);
 
-/// What of a fitted picture stays free on each side, as a share of the whole: annotated axes get room for
-/// labels.
-double fitMargin(const View& view);
+/// What of a fitted picture stays free on the left and right, and above and below, as shares of its width and
+/// height: axes of plots get room for labels, bars of colours for themselves.
+glm::dvec2 fitMargin(const View& view);
+/// Of what is within: width over height.
+double fittedAspect(const View& view);
 
 /// How a view is looked at whose first fitted layer has an outlook of its own, in the layer's space; or none.
 Outlook outlookOf(const std::optional<Outlook>& own, const glm::dmat4& transform);

@@ -53,9 +53,9 @@ struct PlotBox {
 };
 
 constexpr int mostBoxTicks = 7;
-constexpr double leastLength = 4.0;  // em, of an edge that gets labels
-constexpr double behind = 0.4;       // opacity of edges that lie behind the plot
-constexpr double samePlace = 0.5;    // pixels
+constexpr double leastLength = 2.5, leastBehind = 4.0;  // em, of an edge that gets labels
+constexpr double behind = 0.4;                          // opacity of edges that lie behind the plot
+constexpr double samePlace = 0.5;                       // pixels
 
 /// An edge with its ticks and the labels that have room.
 struct LabelledEdge {
@@ -79,14 +79,15 @@ class AxisLabels {
         : axis_(axis), edge_(edge), projection_(projection), room_(room), look_(room.look()) {
         const glm::dvec2 from = pixel(edge.from), to = pixel(edge.to);
         length_ = glm::length(to - from);
-        if (!(length_ >= leastLength * look_.font)) return;
+        long_ = length_ >= (edge.kind == BoxEdge::Kind::outline ? leastLength : leastBehind) * look_.font;
+        if (!long_) return;
         way_ = (to - from) / length_;
         out_ = glm::dvec2(way_.y, -way_.x);
         if (glm::dot(out_, from - middle) < 0.0) out_ = -out_;
     }
 
     std::optional<LabelledEdge> make() const {
-        if (!(length_ >= leastLength * look_.font)) return std::nullopt;
+        if (!long_) return std::nullopt;
         for (int most = mostBoxTicks; most > 1; --most) {
             const auto ticks = linearTicks(value(edge_.from), value(edge_.to), axis_.unit, most);
             if (!ticks.ok()) return std::nullopt;
@@ -159,6 +160,7 @@ class AxisLabels {
     const AnnotationRoom& room_;
     const PlotLook& look_;
     double length_ = 0.0;  // pixels, of what is in the picture
+    bool long_ = false;    // enough for labels
     glm::dvec2 way_{0.0};  // along the edge
     glm::dvec2 out_{0.0};  // away from the box
 };

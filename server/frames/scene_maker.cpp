@@ -124,8 +124,8 @@ Result<bool> showLayers(View& view, bool plotsAlone, StepSource& data, std::opti
         if (!found.ok()) return inLayer(i, found.error());
         if (plotsAlone && !found->manifest->has_particles()) continue;
         if (!fit)
-            fit.emplace(outlookOf(datasetOutlook(*found->manifest), layer.transform), view.aspect(),
-                        fitMargin(view));
+            fit.emplace(outlookOf(datasetOutlook(*found->manifest), layer.transform), fittedAspect(view),
+                        fitMargin(view).y);
         const auto seen = showLayer(layer, isLight(view.background), data, *fit);
         if (!seen.ok()) return inLayer(i, seen.error());
         ready = seen->ready && ready;

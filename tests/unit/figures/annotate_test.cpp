@@ -381,6 +381,43 @@ TEST(Annotate, theScaleBarIsAsLongAsItSays) {
     }
 }
 
+/// Labels as large as in a column of print leave no axis but to its inner edges, where the plot is.
+TEST(Annotate, axesInPrintAreLabelledOutside) {
+    for (const double points : {9.0, 14.0, 20.0, 28.0}) {
+        View view = viewOf(1016, 760);
+        view.annotations = asked(true, false, false, false);
+        view.annotations->set_font_points(points);
+        view.cameraFitted = true;
+        fitLayers(view, std::vector<std::optional<LayerBox>>{LayerBox{}});
+        const Projection projection(view);
+        const auto box = boxInPicture(projection.worldToEye(), projection, {{0, 0}, {1016, 760}});
+        const auto marks = annotate(view, factsOf(view));
+        for (const char* const title : {"x (mm)", "p_x (keV/c)"}) EXPECT_EQ(wordsOf(marks).count(title), 1u);
+        for (const auto& text : textsOf(marks)) {
+            const glm::dvec2 at = boxAround(quadOf(text, Typeface())).center();
+            const auto outside = [&](const BoxEdge& edge) {
+                const glm::dvec2 low = projection.pixel(edge.low), way = projection.pixel(edge.high) - low;
+                const glm::dvec2 out(way.y, -way.x);
+                return edge.kind == BoxEdge::Kind::outline &&
+                       glm::dot(out, at - low) * glm::dot(out, box.middle - low) < 0.0;
+            };
+            EXPECT_TRUE(std::any_of(box.edges.begin(), box.edges.end(), outside)) << toPlain(text.text);
+        }
+    }
+}
+
+TEST(FitLayers, leavesRoomForWhatIsThereAlone) {
+    View view = viewOf(1016, 760);
+    view.annotations->set_font_points(28.0);
+    EXPECT_GT(fitMargin(view).y, 0.1);
+    EXPECT_GT(fitMargin(view).x, 0.2);
+    view.layers[0].style = *parseHybridStyle({});
+    EXPECT_EQ(fitMargin(view).y, CameraFit::usualMargin) << "a volume has no axes";
+    EXPECT_GT(fitMargin(view).x, 0.2) << "but a bar";
+    view.layers[0].style = *parseInkStyle({}, glm::dvec3(1.0));
+    EXPECT_EQ(fitMargin(view), glm::dvec2(CameraFit::usualMargin));
+}
+
 TEST(FitLayers, leavesRoomForLabels) {
     View view = viewOf(1280, 720);
     view.cameraFitted = true;
