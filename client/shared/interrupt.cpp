@@ -24,6 +24,7 @@ Interrupt::Interrupt() {
 
 Interrupt::~Interrupt() {
     ::close(descriptor_);
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 bool Interrupt::requested() const {

@@ -21,6 +21,7 @@ class Interrupt {
     /// Blocks the signals. Also ignores SIGPIPE and SIGXFSZ, which writes report as errors. Throws
     /// std::system_error.
     Interrupt();
+    /// Signals break in again; SIGPIPE and SIGXFSZ stay ignored.
     ~Interrupt();
     Interrupt(const Interrupt&) = delete;
     Interrupt& operator=(const Interrupt&) = delete;

@@ -443,12 +443,14 @@ class Desk(DeskCase):
         self.alone(data()).see("data/beam", within=(PANEL, 130, 1160, 170))
 
     def test_43_a_root_is_served_by_the_viewer_itself(self):
-        viewer = self.alone("--spawn", f"mine={data()}")
-        viewer.see("mine/beam", within=(PANEL, 130, 1160, 170))
-        server = int(subprocess.run(["pgrep", "-P", str(viewer.process.pid)], capture_output=True, check=True).stdout.split()[0])
-        viewer.ask_to_close()
-        self.assertEqual(viewer.process.wait(60), 0)
-        self.assertFalse(pathlib.Path(f"/proc/{server}").exists())
+        for end, status in ((lambda: viewer.ask_to_close(), 0), (lambda: viewer.process.terminate(), -signal.SIGTERM)):
+            viewer = self.alone("--spawn", f"mine={data()}")
+            viewer.see("mine/beam", within=(PANEL, 130, 1160, 170))
+            found = subprocess.run(["pgrep", "-P", str(viewer.process.pid)], capture_output=True, check=True)
+            server = pathlib.Path(f"/proc/{int(found.stdout.split()[0])}")
+            end()
+            self.assertEqual(viewer.process.wait(60), status)
+            viewer.until(lambda: not server.exists(), "the server's end")
 
     def test_44_a_file_that_is_not_there_is_one_sentence(self):
         viewer = hand.Viewer(["/nowhere/run.h5"])
