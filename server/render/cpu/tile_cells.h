@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "server/render/cpu/tile.h"
@@ -50,12 +52,8 @@ class TileCells {
     std::uint8_t* touched() { return touched_.data(); }
     /// To be called when all is added.
     void settle() {
-        for (std::uint32_t s = 0; s < slabs_; ++s) {
-            const std::uint8_t* const packets = touched_.data() + std::size_t{s} * Tile::packets;
-            std::uint64_t bits = 0;
-            for (std::uint32_t i = 0; i < Tile::packets; ++i) bits |= std::uint64_t{packets[i]} << i;
-            occupied_[s] = bits;
-        }
+        for (std::uint32_t s = 0; s < slabs_; ++s)
+            occupied_[s] = bitsOf(touched_.data() + std::size_t{s} * Tile::packets);
     }
 
     /// Empties what is occupied.
@@ -63,7 +61,10 @@ class TileCells {
         for (std::uint32_t s = 0; s < slabs_; ++s) {
             if (occupied_[s] == 0) continue;
             PointCell* const first = cells_.data() + std::size_t{s} * Tile::pixels;
-            std::fill(first, first + Tile::pixels, PointCell{0.0F, 0.0F});
+            for (std::uint64_t left = occupied_[s]; left != 0; left &= left - 1) {
+                const auto packet = static_cast<std::uint32_t>(std::countr_zero(left));
+                std::fill_n(first + packet * Tile::packetPixels, Tile::packetPixels, PointCell{0.0F, 0.0F});
+            }
             std::fill_n(touched_.data() + std::size_t{s} * Tile::packets, Tile::packets, std::uint8_t{0});
             occupied_[s] = 0;
         }
@@ -71,6 +72,18 @@ class TileCells {
 
   private:
     static_assert(Tile::packets == 64, "one bit a packet");
+    static_assert(std::endian::native == std::endian::little);
+
+    /// A bit for each of 64 bytes that are 0 or 1: eight at a time, the product brings them side by side.
+    static std::uint64_t bitsOf(const std::uint8_t* bytes) {
+        std::uint64_t bits = 0;
+        for (std::uint32_t i = 0; i < Tile::packets; i += 8) {
+            std::uint64_t eight = 0;
+            std::memcpy(&eight, bytes + i, sizeof(eight));
+            bits |= (eight * 0x0102040810204080U >> 56) << i;
+        }
+        return bits;
+    }
 
     std::uint32_t first_, slabs_;
     std::vector<PointCell> cells_;
