@@ -133,6 +133,8 @@ void walkNodes(const CompositeFrame& frame, Packet& packet, PacketSights& sights
         sights.clear();
         for (std::size_t i = 0; i * lanes < nodes.size(); ++i) walks[i].run(section, told[i]);
     }
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        if (told[i / lanes].refused(i % lanes)) lattice.refuse(nodes[i]);
 }
 
 /// The pixels of a packet whose fields follow from the lattice.
@@ -191,20 +193,17 @@ class TileComposite {
           tile_(tile),
           points_(points),
           dots_(dots),
+          seen_(!frame.reach.of(tile).empty()),
           occupied_(occupiedSlabs(points, dots, frame.slabs)) {
-        constexpr std::uint32_t edge = Tile::edge;
-        const bool seen = std::any_of(frame.fields.begin(), frame.fields.end(), [&](const auto& field) {
-            return field.visible.seen.blocks != nullptr &&
-                   field.screen.meets(tile.column * edge, tile.row * edge, edge);
-        });
-        if (frame.smooth && seen && dots == nullptr) tellLattice();
+        if (frame.smooth != 0 && seen_ && dots == nullptr) tellLattice();
     }
 
     /// Of the packet with the pixel (x, y) of the picture for its first; as many as a packet has.
     void draw(std::uint32_t number, std::uint32_t x, std::uint32_t y, std::uint32_t* pixels) {
         packet_.setPoints(frame_, points_, dots_, number, occupied_[number], x, y);
         const bool smooth = lattice_ && lattice_->smooth(number);
-        if (!smooth) packet_.setRays(frame_, placesOf(x, y));
+        if (!smooth && seen_) packet_.setRays(frame_, placesOf(x, y));
+        if (!seen_) packet_.setNoRays();
         if (!packet_.anyPoints && (smooth ? lattice_->blank(number) : !packet_.anyHit)) {
             const std::size_t size = bytesPerPixel(frame_.format);
             auto* const bytes = reinterpret_cast<std::uint8_t*>(pixels);
@@ -236,6 +235,7 @@ class TileComposite {
     const Tile tile_;
     const std::span<const TileCells> points_;
     const TileDots* const dots_;
+    const bool seen_;  // whether fields may show anything
     const std::array<SlabBits, Tile::packets> occupied_;
     std::unique_ptr<TileLattice> lattice_;  // none: each pixel has rays of its own
     Packet packet_;

@@ -170,7 +170,8 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       window(plan.camera.halfHeight() * plan.width / plan.height, plan.camera.halfHeight()),
       background(plan.background),
       format(chosen),
-      blank(blankPixel(plan.background, chosen)) {
+      blank(blankPixel(plan.background, chosen)),
+      reach(plan, visible) {
     for (std::size_t i = 0; i < plan.points.size(); ++i) {
         const PointLook& look = plan.points[i].look;
         const bool byDepth = look.light > 0.0 && plan.camera.perspective();

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "protocol/scene/hybrid_style.h"
+#include "server/render/cpu/composite/field_reach.h"
 #include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
@@ -108,6 +109,7 @@ struct CompositeFrame {
     std::array<std::uint8_t, 8> blank;   ///< a pixel of background, in its first bytes
     std::vector<FramePointLook> points;  ///< one of the plan's each
     std::vector<FrameField> fields;      ///< likewise
+    FieldReach reach;                    ///< where they show anything
 };
 
 }  // namespace mote::render

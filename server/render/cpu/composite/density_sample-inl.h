@@ -119,6 +119,10 @@ HWY_INLINE Reads gather(const void* base, IntV offset) {
 HWY_INLINE WordPairs pairsOf(const Reads& reads) {
     return reads;
 }
+/// The bits that any of the words has.
+HWY_INLINE WordV bitsOfAny(const Reads& reads) {
+    return hn::Or(reads.low, reads.high);
+}
 HWY_INLINE Entries readEntries(const TransferTable::Entry* entries, IntV cell) {
     const auto& entry = entries[hn::GetLane(cell)];
     const auto set = [](float x) { return hn::Set(Floats(), x); };
@@ -175,6 +179,10 @@ HWY_INLINE Reads gather(const void* base, const LaneNumbers& offsets) {
     const auto* const bytes = static_cast<const std::uint8_t*>(base);
     return {loadPairs(Words(), bytes, offsets.values.data()),
             loadPairs(Words(), bytes, offsets.values.data() + 2)};
+}
+/// Bits that words have, those of any lane in any.
+HWY_INLINE WordV bitsOfAny(const Reads& reads) {
+    return hn::Or(reads.first, reads.second);
 }
 HWY_INLINE WordPairs pairsOf(const Reads& reads) {
     const Words words;

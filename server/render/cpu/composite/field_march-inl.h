@@ -217,10 +217,10 @@ HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, con
 }
 
 /// The same for a part of which the table was read, in several pieces where extinction bends much or is deep,
-/// or colours change much. `length`: of a way of 1.
+/// or colours change much. `length`: of a way of 1. Returns the rays of which that is so.
 template <class Take>
-HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
-                         const PartReads& reads, const Sample& back, V length, const Take& take) {
+HWY_INLINE hn::Mask<Floats> takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
+                                     const PartReads& reads, const Sample& back, V length, const Take& take) {
     const Floats d;
     const Sample middle = sampleOf(reads.middle);
     const CellPieces pieces(front, middle, back);
@@ -234,57 +234,127 @@ HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, cons
     const auto steep = hn::And(moved, hn::Or(hn::Or(bent, colorful), hn::Gt(deep, hn::Set(d, deepPart))));
     if (hn::AllFalse(d, steep)) {
         takeSmooth(pieces, front, middle, back, take);
-        return;
+        return steep;
     }
     takeSmooth(pieces, front, middle, back,
                [&](V depth, const Sample& one, const Sample& other, V mean)
                    HWY_ATTR { take(hn::IfThenZeroElse(steep, depth), one, other, mean); });
-    const V count = hn::IfThenElse(steep, hn::Set(d, steepPieces), hn::Set(d, 1.0F));
-    takeSteep(source, rays, front, back, steep, count, take);
+    takeSteep(source, rays, front, back, steep, hn::Set(d, steepPieces), take);
+    return steep;
 }
 
-/// Rays that stop nowhere before the way to which they go.
-struct NoStops {
-    V end;
+/// A part of rays' ways, and what it did to their light.
+struct PassedPart {
+    V from, to;             ///< ways
+    V front, middle, back;  ///< extinction
+    V depth;                ///< optical
+    Light before;           ///< the light at its front
 
-    HWY_INLINE V next() const { return end; }
-    HWY_INLINE hn::Mask<Floats> reached(V way) const { return hn::Gt(way, end); }
-    HWY_INLINE void stop(hn::Mask<Floats>, const Light&) const {}
+    /// What of the part's loss and gain lies before a way in it, extinction taken as a parabola and its
+    /// colour as even.
+    HWY_INLINE V shareTo(V way) const {
+        const Floats d;
+        const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
+        const V whole = hn::Max(hn::Sub(to, from), hn::Set(d, 1e-20F));
+        const V s = hn::Min(hn::Max(hn::Div(hn::Sub(way, from), whole), zero), one);
+        const V depthShare = depthTo(s);
+        // (1 - exp(-depth * share)) / (1 - exp(-depth)), of little depth by its series.
+        const V rest = hn::Mul(depthShare, hn::Sub(one, depthShare));
+        const V half = hn::Mul(depth, hn::Set(d, 0.5F));
+        const V thin = hn::MulAdd(rest, half, depthShare);
+        const auto deep = hn::Gt(depth, hn::Set(d, 0.25F));
+        if (hn::AllFalse(d, deep)) return thin;
+        const V lost = hn::Sub(one, expMinus(hn::Mul(depth, depthShare)));
+        const V all = hn::Max(hn::Sub(one, expMinus(depth)), hn::Set(d, 0.1F));
+        return hn::IfThenElse(deep, hn::Div(lost, all), thin);
+    }
+
+  private:
+    /// The share of the optical depth that lies before a share of the way.
+    HWY_INLINE V depthTo(V s) const {
+        const Floats d;
+        const V four = hn::Mul(middle, hn::Set(d, 4.0F)), three = hn::Set(d, 3.0F);
+        const V total = hn::Add(hn::Add(front, back), four);
+        const V square = hn::Mul(hn::Sub(hn::Sub(four, back), hn::Mul(three, front)), three);
+        const V cube = hn::Mul(hn::Sub(hn::Add(front, back), hn::Add(middle, middle)), hn::Set(d, 4.0F));
+        const V sixfold =
+            hn::Mul(s, hn::MulAdd(s, hn::MulAdd(s, cube, square), hn::Mul(front, hn::Set(d, 6.0F))));
+        const V share = hn::Div(sixfold, hn::Max(total, hn::Set(d, 1e-20F)));
+        const V possible = hn::Min(hn::Max(share, hn::Zero(d)), hn::Set(d, 1.0F));
+        return hn::IfThenElse(hn::Gt(total, hn::Set(d, 1e-20F)), possible, s);
+    }
 };
 
-/// Marches from `front` to a way, cell by cell, and within a cell to where a ray stops: at the way
-/// `stops.next()` or before. Of a part that ends at some way `stops.reached(way)` tells which rays stop
-/// there, and `stops.stop` is called for them when it is gathered, two parts later. Returns the sample at the
-/// end.
-template <class Stops>
+/// Whether the cells that some rays are in let all light through.
+HWY_INLINE bool nothingIn(const CellReads& cells) {
+    const WordV all = hn::Or(hn::Or(bitsOfAny(cells.frontLow), bitsOfAny(cells.frontHigh)),
+                             hn::Or(bitsOfAny(cells.backLow), bitsOfAny(cells.backHigh)));
+    const Words words;
+    return hn::AllTrue(words, hn::Eq(hn::And(all, hn::Set(words, 0xffff0000U)), hn::Zero(words)));
+}
+
+/// Nobody asks for the light on the way.
+struct NoBorders {
+    HWY_INLINE void pass(V, const Light&) const {}
+    HWY_INLINE void pass(const PassedPart&, const Light&, hn::Mask<Floats>) const {}
+    HWY_INLINE void end() const {}
+};
+
+/// Marches from `front` to a way, cell by cell. Of each part that is gathered `borders.pass` is told, with
+/// the light at its back. Returns the sample at the end.
+template <class Borders>
 HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& packet, std::size_t lane,
-                             Sample front, V end, Light& light, Stops stops) {
+                             Sample front, V end, Light& light, Borders borders) {
     const Floats d;
     const RayLanes rays(packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
     CellWalk walk(source, rays, packet, lane, front.way);
-    CellPart part = walk.next(source, stops.next());
-    PartReads reads = readPart(source, rays, part);
-    auto stopping = stops.reached(part.to);
-    part = walk.next(source, stops.next());
-    auto stoppingNext = stops.reached(part.to);
+    CellPart part = walk.next(source, end);
+    CellPart kept = part;  // the last one that is clear
+    bool clear = nothingIn(part.cells);
+    PartReads reads;  // of one that is not
+    if (!clear) reads = readPart(source, rays, part);
+    part = walk.next(source, end);
+    const auto behindKept = [&]() HWY_ATTR {
+        return sampleOf(PartDensity(rays, kept).read(source, rays, kept.to));
+    };
     while (true) {
-        const CellPart nextPart = walk.next(source, stops.next());
-        const PartReads nextReads = readPart(source, rays, part);
-        const Sample back = sampleOf(reads.back);
-        takePart(source, rays, front, reads, back, length,
-                 [&](V depth, const Sample& one, const Sample& other, V mean)
-                     HWY_ATTR { light.gather(hn::Mul(depth, length), one, other, mean); });
-        if (light.gone()) break;
-        stops.stop(stopping, light);
-        front = back;
-        if (hn::AllTrue(d, hn::Ge(front.way, end))) break;
-        reads = nextReads;
+        const CellPart nextPart = walk.next(source, end);
+        const bool nextClear = nothingIn(part.cells);
+        PartReads nextReads;
+        if (!nextClear) nextReads = readPart(source, rays, part);
+        bool gone = false;
+        if (clear) {
+            front.way = kept.to;
+            borders.pass(kept.to, light);
+            if (!nextClear) front = behindKept();
+        } else {
+            const Sample back = sampleOf(reads.back);
+            const Light before = light;
+            V depth = hn::Zero(d);
+            const auto steep =
+                takePart(source, rays, front, reads, back, length,
+                         [&](V piece, const Sample& one, const Sample& other, V mean) HWY_ATTR {
+                             const V tau = hn::Mul(piece, length);
+                             depth = hn::Add(depth, tau);
+                             light.gather(tau, one, other, mean);
+                         });
+            const PassedPart passed{front.way,  back.way, front.slope, reads.middle.extinction,
+                                    back.slope, depth,    before};
+            gone = light.gone();
+            borders.pass(passed, light, steep);
+            front = back;
+        }
+        if (gone || hn::AllTrue(d, hn::Ge(front.way, end))) break;
+        clear = nextClear;
+        if (clear)
+            kept = part;
+        else
+            reads = nextReads;
         part = nextPart;
-        stopping = stoppingNext;
-        stoppingNext = stops.reached(part.to);
     }
-    return front;
+    borders.end();
+    return clear ? behindKept() : front;
 }
 
 /// Marches from `front`, in a slab, to another, by samples at multiples of `segment`. Returns the last one.

@@ -87,6 +87,11 @@ struct Packet {
                    std::uint32_t packet, const SlabBits& occupied, std::uint32_t x, std::uint32_t y);
     /// Its rays through the fields.
     void setRays(const CompositeFrame& frame, const PacketPlaces& places);
+    /// Where no field is seen.
+    void setNoRays() {
+        anyHit = false;
+        hitCount_ = 0;
+    }
 
     /// Tells the rays' ways in slabs of a section.
     void enter(const FrameSection& section);

@@ -122,22 +122,30 @@ class PacketWalk {
                 continue;
             }
             const double start = std::max(done, std::floor(clear / segment) * segment);
-            const double stop = std::max(std::ceil(until / segment) * segment, start + 0.5 * segment);
+            double stop = std::max(std::ceil(until / segment) * segment, start + 0.5 * segment);
+            // Who goes from cell to cell goes as far as the same is seen.
+            while (byCells(visible) && stop < to && visibleFrom(stop, until) == visible)
+                stop = std::max(std::ceil(until / segment) * segment, stop + 0.5 * segment);
             done = clear = std::min(stop, double{to});
             walkSeen(visible, static_cast<float>(start), static_cast<float>(done));
             if (light_.gone()) return;
         }
     }
 
+    /// Whether the fields are one whose rays go from cell to cell.
+    bool byCells(std::uint32_t visible) const {
+        return (visible & (visible - 1)) == 0 && frame_.cellByCell &&
+               !isGrid(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible));
+    }
+
     /// Likewise in some fields, of which something may be seen there.
     HWY_INLINE void walkSeen(std::uint32_t visible, float from, float to) {
         const bool alone = (visible & (visible - 1)) == 0;
         const std::size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
-        // Who goes from cell to cell stops at borders on the way.
-        const bool byCells = alone && frame_.cellByCell && !isGrid(first);
         while (from < to && !light_.gone()) {
             float end = to;
-            if (told_ != nullptr && !byCells) {
+            // Who goes from cell to cell tells borders on the way.
+            if (told_ != nullptr && !byCells(visible)) {
                 told_->tellTo(from, light_);
                 end = std::min(end, told_->next());
             }
@@ -170,9 +178,9 @@ class PacketWalk {
     HWY_INLINE Sample marchDensities(const DensitySource& source, const PacketRays& rays, const Sample& front,
                                      float from, float to, Light& light) const {
         const V end = RayLanes(rays, lane_).way(hn::Set(Floats(), to));
-        if (told_ == nullptr) return marchCells(source, rays, lane_, front, end, light, NoStops{end});
+        if (told_ == nullptr) return marchCells(source, rays, lane_, front, end, light, NoBorders());
         return marchCells(source, rays, lane_, front, end, light,
-                          BorderStops(*told_, RayLanes(rays, lane_), from, to, light));
+                          BorderLights(*told_, RayLanes(rays, lane_), from, to, light));
     }
     HWY_INLINE void marchGrid(std::size_t f, float from, float to, Light& light) {
         const PacketRays& rays = packet_.rays[f];

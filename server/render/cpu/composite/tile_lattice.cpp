@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "server/render/cpu/composite/field_reach.h"
+
 namespace mote::render {
 namespace {
 
@@ -76,12 +78,14 @@ TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const
         for (std::uint32_t i = 0; i < layer.slabs(); ++i)
             if (layer.occupied(i) != 0) occupied[layer.firstSlab() + i] = 1;
     }
+    const FieldReach::Slabs reach = frame.reach.of(tile);
     for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
         if (occupied[slab] == 0) continue;
-        addBorder(slab);
-        rows_[slab] = static_cast<std::uint32_t>(borders_.size() - 1);
-        addBorder(slab + 1);
-        occupiedRows_.push_back(rows_[slab]);
+        // Before the fields all slabs are like one, and so are those behind.
+        const bool before = slab < reach.first, behind = slab >= reach.end;
+        rows_[slab] = addBorder(before ? 0 : behind ? reach.end : slab);
+        if (!behind) addBorder(before ? reach.first : slab + 1);
+        if (!before && !behind) occupiedRows_.push_back(rows_[slab]);
     }
     addBorder(frame.slabs);
     rowCount_ = borders_.size();
@@ -94,9 +98,14 @@ TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const
     wantNodes();
 }
 
-void TileLattice::addBorder(std::uint32_t slab) {
+/// Returns its row. Only the last two may be there already.
+std::uint32_t TileLattice::addBorder(std::uint32_t slab) {
     const auto border = static_cast<float>(slab);
-    if (borders_.empty() || borders_.back() != border) borders_.push_back(border);
+    const auto last = static_cast<std::uint32_t>(borders_.size());
+    if (last > 1 && borders_[last - 2] == border) return last - 2;
+    if (last > 0 && borders_[last - 1] == border) return last - 1;
+    borders_.push_back(border);
+    return last;
 }
 
 PacketPlaces TileLattice::places(std::span<const std::uint32_t> some) const {
@@ -120,7 +129,7 @@ void TileLattice::wantNodes() {
 }
 
 void TileLattice::judge() {
-    for (const std::uint32_t node : wanted_) thin_[node] = thinAt(node);
+    for (const std::uint32_t node : wanted_) thin_[node] = !refused_[node] && thinAt(node);
     std::vector<Square> refused;
     for (const auto& square : squares_) {
         const std::uint32_t agreed = quadrantsAgreeing(square.x, square.y, step_);

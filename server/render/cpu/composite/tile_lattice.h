@@ -31,8 +31,8 @@ class TileLattice {
     /// For points of these cells, or none.
     TileLattice(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points);
 
-    /// The borders of slabs that are to be told, ascending: those around slabs with points, and the last; and
-    /// one that lies beyond all.
+    /// The borders of slabs that are to be told, ascending: those around slabs with points where fields may
+    /// be, one before and one behind them, and the last; and one that lies beyond all.
     const float* borders() const { return borders_.data(); }
     /// The nodes that are to be walked now.
     std::span<const std::uint32_t> wanted() const { return wanted_; }
@@ -41,6 +41,9 @@ class TileLattice {
     /// `row`: of borders. Those of a node lie one after another.
     Told& at(std::size_t row, std::uint32_t node) { return told_[node * rowCount_ + row]; }
     const Told& at(std::size_t row, std::uint32_t node) const { return told_[node * rowCount_ + row]; }
+
+    /// No pixel shall follow from a node.
+    void refuse(std::uint32_t node) { refused_[node] = true; }
 
     /// To be called when all wanted nodes are told: others may be wanted then.
     void judge();
@@ -66,7 +69,7 @@ class TileLattice {
         std::uint32_t x, y;  // its first node
     };
 
-    void addBorder(std::uint32_t slab);
+    std::uint32_t addBorder(std::uint32_t slab);
     void wantNodes();
     bool thinAt(std::uint32_t node) const;
     bool thin(const Square& part) const;
@@ -85,6 +88,7 @@ class TileLattice {
     std::unique_ptr<Told[]> told_;             // [node][row]
     std::array<bool, nodes> known_{};          // or wanted
     std::array<bool, nodes> thin_{};           // of those that were told: see thinAt()
+    std::array<bool, nodes> refused_{};        // likewise
     // Of this round: nodes so far apart, in these squares of 5 x 5 of them.
     std::uint32_t step_;
     std::vector<Square> squares_;

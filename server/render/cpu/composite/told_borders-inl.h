@@ -10,6 +10,7 @@
 #define MOTE_TOLD_BORDERS_INL_H
 #endif
 
+#include "server/render/cpu/composite/field_march-inl.h"
 #include "server/render/cpu/composite/light-inl.h"
 #include "server/render/cpu/composite/tile_lattice.h"
 
@@ -52,6 +53,10 @@ class ToldBorders {
         }
     }
 
+    /// Rays, a bit each, of which something is told wrongly.
+    void refuse(std::uint64_t which) { refused_ |= which; }
+    bool refused(std::size_t ray) const { return (refused_ >> ray & 1U) != 0; }
+
   private:
     struct Vectors {
         alignas(64) std::array<TileLattice::Told, rays> told;
@@ -63,61 +68,88 @@ class ToldBorders {
 
     const float* borders_;
     Rows rows_;
+    std::uint64_t refused_ = 0;
     alignas(64) std::array<std::int32_t, rays> next_{};
 };
 
-/// The borders between two slabs as stops of a march (marchCells).
-class BorderStops {
+/// The borders between two slabs, for a march that goes from cell to cell (marchCells): the light at those
+/// that lie in a part follows from that at its ends.
+class BorderLights {
   public:
-    HWY_INLINE BorderStops(ToldBorders& told, const RayLanes& lanes, float from, float to, const Light& light)
-        : told_(told),
-          enter_(lanes.enter),
+    HWY_INLINE BorderLights(ToldBorders& told, const RayLanes& lanes, float from, float to,
+                            const Light& light)
+        : told_(&told),
           rate_(lanes.rate),
           start_(lanes.start),
-          to_(hn::Set(Floats(), to)) {
+          to_(hn::Set(Floats(), to)),
+          wrong_(hn::Lt(to_, hn::Zero(Floats()))) {
         // Before a ray enters nothing changes.
         Lanes until;
-        hn::Store(hn::Min(hn::Max(enter_, hn::Set(Floats(), from)), to_), Floats(), until.data());
+        hn::Store(hn::Min(hn::Max(lanes.enter, hn::Set(Floats(), from)), to_), Floats(), until.data());
         told.tellTo(until, light);
         ahead_ = hn::Load(Ints(), told.nextOfEach());
-        end_ = wayOf(to_);
         aim();
     }
 
-    HWY_INLINE V next() const { return next_; }
-    HWY_INLINE hn::Mask<Floats> reached(V way) {
-        const auto here = hn::Ge(way, border_);
-        if (!hn::AllFalse(Floats(), here)) {
-            ahead_ =
-                hn::IfThenElse(hn::RebindMask(Ints(), here), hn::Add(ahead_, hn::Set(Ints(), 1)), ahead_);
-            aim();
-        }
-        return here;
+    /// `steep`: rays whose light does not change evenly in the part; what is told of them is not to be used.
+    HWY_INLINE void pass(const PassedPart& part, const Light& light, hn::Mask<Floats> steep) {
+        const Floats d;
+        auto here = hn::Le(border_, part.to);
+        // Of a part that hides less, little is wrong whatever its colours.
+        const auto much = hn::And(steep, hn::Gt(part.depth, hn::Set(d, 0.25F)));
+        wrong_ = hn::Or(wrong_, hn::And(here, much));
+        for (; !hn::AllFalse(d, here); here = hn::Le(border_, part.to))
+            tell(here, lightAt(border_, part, light));
     }
-    HWY_INLINE void stop(hn::Mask<Floats> here, const Light& light) {
+    /// The same of a part that changes nothing.
+    HWY_INLINE void pass(V to, const Light& light) {
+        const Floats d;
+        for (auto here = hn::Le(border_, to); !hn::AllFalse(d, here); here = hn::Le(border_, to))
+            tell(here, light);
+    }
+    HWY_INLINE void end() {
         std::uint64_t which = 0;
-        hn::StoreMaskBits(Floats(), here, reinterpret_cast<std::uint8_t*>(&which));
-        if (which != 0) told_.tell(which, light);
+        hn::StoreMaskBits(Floats(), wrong_, reinterpret_cast<std::uint8_t*>(&which));
+        told_->refuse(which);
     }
 
   private:
+    HWY_INLINE void tell(hn::Mask<Floats> here, const Light& light) {
+        std::uint64_t which = 0;
+        hn::StoreMaskBits(Floats(), here, reinterpret_cast<std::uint8_t*>(&which));
+        told_->tell(which, light);
+        const auto ints = hn::RebindMask(Ints(), here);
+        ahead_ = hn::IfThenElse(ints, hn::Add(ahead_, hn::Set(Ints(), 1)), ahead_);
+        aim();
+    }
+    HWY_INLINE static Light lightAt(V border, const PassedPart& part, const Light& light) {
+        const V share = part.shareTo(border);
+        const auto between = [&](V before, V after)
+                                 HWY_ATTR { return hn::MulAdd(share, hn::Sub(after, before), before); };
+        Light at;
+        at.left = between(part.before.left, light.left);
+        at.red = between(part.before.red, light.red);
+        at.green = between(part.before.green, light.green);
+        at.blue = between(part.before.blue, light.blue);
+        return at;
+    }
     HWY_INLINE V wayOf(V slab) const {
         const Floats d;
         return hn::Min(hn::Max(hn::MulAdd(slab, rate_, start_), hn::Zero(d)), hn::Set(d, 1.0F));
     }
     HWY_INLINE void aim() {
         const Floats d;
-        const auto* const borders = reinterpret_cast<const std::uint8_t*>(told_.borders());
+        const auto* const borders = reinterpret_cast<const std::uint8_t*>(told_->borders());
         const V slab = hn::BitCast(d, gatherWord(borders, hn::ShiftLeft<2>(ahead_)));
         // A border at the end is told when all have come there.
         border_ = hn::IfThenElse(hn::Lt(slab, to_), wayOf(slab), hn::Set(d, 2.0F));
-        next_ = hn::Min(border_, end_);
     }
 
-    ToldBorders& told_;
-    V enter_, rate_, start_, to_, end_;
-    IntV ahead_;       // the number of each ray's next border
-    V border_, next_;  // its way; that or the end's
+    ToldBorders* told_;
+    V rate_, start_, to_;
+    IntV ahead_;  // the number of each ray's next border
+    V border_;    // its way
+    hn::Mask<Floats> wrong_;
 };
 
 }  // namespace mote::render::HWY_NAMESPACE
