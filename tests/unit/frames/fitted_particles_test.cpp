@@ -63,7 +63,7 @@ Camera cameraByHand(const View& view, MemorySource& source) {
     auto style = particlesStyleOf(*layer.particles());
     resolveByPlot(style, source.plot("test/beam"), false);
     const storage::LeafWalk walk(step);
-    CameraFit fit(outlookOf({}, layer.transform), view.aspect(), fitMargin(view));
+    CameraFit fit(outlookOf({}, layer.transform), fittedAspect(view), fitMargin(view).y);
     fit.enter(layer.transform, layer.clips());
     for (std::size_t i = 0; i < walk.leaves().size(); ++i) {
         const double t = step.logDensity().ofLeaf(static_cast<double>(walk.leaves().density[i]));
@@ -130,7 +130,7 @@ TEST(FittedParticles, AxesAroundThePlotStandStill) {
         EXPECT_EQ(boxOf(view, source), std::nullopt) << "the whole plot";
         ASSERT_TRUE(fitLayers(view, source).value());
         const auto& transform = view.layers[0].transform;
-        CameraFit plot(outlookOf({}, transform), view.aspect(), fitMargin(view));
+        CameraFit plot(outlookOf({}, transform), fittedAspect(view), fitMargin(view).y);
         plot.enter(transform);
         plot.add(plotBounds);
         EXPECT_EQ(view.camera, plot.camera()) << round;
