@@ -156,12 +156,8 @@ double defaultPointArea(std::uint64_t particles, bool onLight) {
     const double pixels = onLight ? 0.8 : 0.2;
     constexpr double pixelsOfAUnit = 200.0;
     constexpr double few = 2.5e5, growth = 0.36;
-    constexpr double handful = 1e4, more = 0.2;  // each of these is looked for
-    const auto rarer = [&](double than, double power) {
-        return std::pow(std::max(1.0, than / static_cast<double>(std::max<std::uint64_t>(particles, 1))),
-                        power);
-    };
-    return pixels / (pixelsOfAUnit * pixelsOfAUnit) * rarer(few, growth) * rarer(handful, more);
+    const double rare = few / static_cast<double>(std::max<std::uint64_t>(particles, 1));
+    return pixels / (pixelsOfAUnit * pixelsOfAUnit) * std::max(1.0, std::pow(rare, growth));
 }
 
 void resolveByPlot(ParticlesStyle& style, const PlotDensity& plot, bool onLight) {
