@@ -240,11 +240,12 @@ TEST_F(StippleWaiting, WrongDatasetsAreSaidAtOnce) {
 TEST_F(StippleWaiting, DamageIsSaidWhereTheDataWereAskedFor) {
     source_.open();
     std::filesystem::resize_file(data_ / "ball.mote" / "mesh.h5", 5000);
-    const auto first = make(ball, Stage::quick);
-    ASSERT_TRUE(first.ok());
-    EXPECT_TRUE(first->waits);
-    source_.awaitRest();
-    const auto failed = make(ball, Stage::quick);
+    auto failed = make(ball, Stage::quick);
+    if (failed.ok()) {  // it had not been read yet
+        EXPECT_TRUE(failed->waits);
+        source_.awaitRest();
+        failed = make(ball, Stage::quick);
+    }
     ASSERT_FALSE(failed.ok());
     EXPECT_THAT(failed.error().where, HasSubstr("mesh.h5"));
     EXPECT_EQ(source_.counted(), 0U);
