@@ -19,7 +19,8 @@ extern "C" {
 namespace mote::client {
 namespace {
 
-/// What is used of libavcodec and libavutil, of the versions whose headers this was compiled with.
+/// What is used of libavcodec and libavutil, of the versions whose headers this was compiled with: functions
+/// under their own names.
 class AvLibrary {
   public:
     /// Null where they are not on this machine.
@@ -28,54 +29,44 @@ class AvLibrary {
         return library.complete_ ? &library : nullptr;
     }
 
-    decltype(&::avcodec_find_decoder) findDecoder = nullptr;
-    decltype(&::avcodec_alloc_context3) allocContext = nullptr;
-    decltype(&::avcodec_free_context) freeContext = nullptr;
-    decltype(&::avcodec_open2) open = nullptr;
-    decltype(&::avcodec_send_packet) sendPacket = nullptr;
-    decltype(&::avcodec_receive_frame) receiveFrame = nullptr;
-    decltype(&::av_packet_alloc) allocPacket = nullptr;
-    decltype(&::av_packet_free) freePacket = nullptr;
-    decltype(&::av_packet_unref) unrefPacket = nullptr;
-    decltype(&::av_new_packet) newPacket = nullptr;
-    decltype(&::av_frame_alloc) allocFrame = nullptr;
-    decltype(&::av_frame_free) freeFrame = nullptr;
-    decltype(&::av_log_set_level) setLogLevel = nullptr;
-
   private:
-    AvLibrary() {
-        void* const codec = load("avcodec", LIBAVCODEC_VERSION_MAJOR);
-        void* const util = load("avutil", LIBAVUTIL_VERSION_MAJOR);
-        complete_ = find(codec, "avcodec_find_decoder", findDecoder) &&
-                    find(codec, "avcodec_alloc_context3", allocContext) &&
-                    find(codec, "avcodec_free_context", freeContext) && find(codec, "avcodec_open2", open) &&
-                    find(codec, "avcodec_send_packet", sendPacket) &&
-                    find(codec, "avcodec_receive_frame", receiveFrame) &&
-                    find(codec, "av_packet_alloc", allocPacket) &&
-                    find(codec, "av_packet_free", freePacket) &&
-                    find(codec, "av_packet_unref", unrefPacket) && find(codec, "av_new_packet", newPacket) &&
-                    find(util, "av_frame_alloc", allocFrame) && find(util, "av_frame_free", freeFrame) &&
-                    find(util, "av_log_set_level", setLogLevel);
-    }
-
     static void* load(const char* name, int version) {
         return dlopen(fmt::format("lib{}.so.{}", name, version).c_str(), RTLD_LAZY | RTLD_LOCAL);
     }
-
     template <class Function>
-    static bool find(void* library, const char* name, Function& function) {
-        if (library != nullptr) function = reinterpret_cast<Function>(dlsym(library, name));
-        return function != nullptr;
+    Function find(void* library, const char* name) {
+        void* const found = library != nullptr ? dlsym(library, name) : nullptr;
+        complete_ = complete_ && found != nullptr;
+        return reinterpret_cast<Function>(found);
     }
 
-    bool complete_ = false;
+    bool complete_ = true;
+    void* codec_ = load("avcodec", LIBAVCODEC_VERSION_MAJOR);
+    void* util_ = load("avutil", LIBAVUTIL_VERSION_MAJOR);
+
+  public:
+#define MOTE_FIND(library, name) decltype(&::name) name = find<decltype(&::name)>(library, #name)
+    MOTE_FIND(codec_, avcodec_find_decoder);
+    MOTE_FIND(codec_, avcodec_alloc_context3);
+    MOTE_FIND(codec_, avcodec_free_context);
+    MOTE_FIND(codec_, avcodec_open2);
+    MOTE_FIND(codec_, avcodec_send_packet);
+    MOTE_FIND(codec_, avcodec_receive_frame);
+    MOTE_FIND(codec_, av_packet_alloc);
+    MOTE_FIND(codec_, av_packet_free);
+    MOTE_FIND(codec_, av_packet_unref);
+    MOTE_FIND(codec_, av_new_packet);
+    MOTE_FIND(util_, av_frame_alloc);
+    MOTE_FIND(util_, av_frame_free);
+    MOTE_FIND(util_, av_log_set_level);
+#undef MOTE_FIND
 };
 
 /// Frees what the library made: there is none without it.
 struct FreeAv {
-    void operator()(AVCodecContext* context) const { AvLibrary::here()->freeContext(&context); }
-    void operator()(AVFrame* frame) const { AvLibrary::here()->freeFrame(&frame); }
-    void operator()(AVPacket* packet) const { AvLibrary::here()->freePacket(&packet); }
+    void operator()(AVCodecContext* context) const { AvLibrary::here()->avcodec_free_context(&context); }
+    void operator()(AVFrame* frame) const { AvLibrary::here()->av_frame_free(&frame); }
+    void operator()(AVPacket* packet) const { AvLibrary::here()->av_packet_free(&packet); }
 };
 
 Error outOfMemory() {
@@ -94,14 +85,14 @@ struct H264Decoder::Stream {
 
     const AvLibrary& av;
     std::unique_ptr<AVCodecContext, FreeAv> context = nullptr;
-    std::unique_ptr<AVFrame, FreeAv> frame{av.allocFrame()};
-    std::unique_ptr<AVPacket, FreeAv> packet{av.allocPacket()};
+    std::unique_ptr<AVFrame, FreeAv> frame{av.av_frame_alloc()};
+    std::unique_ptr<AVPacket, FreeAv> packet{av.av_packet_alloc()};
 
     Status open(std::uint32_t width, std::uint32_t height) {
-        av.setLogLevel(AV_LOG_QUIET);  // damage is told by an Error
-        const AVCodec* codec = av.findDecoder(AV_CODEC_ID_H264);
+        av.av_log_set_level(AV_LOG_QUIET);  // damage is told by an Error
+        const AVCodec* codec = av.avcodec_find_decoder(AV_CODEC_ID_H264);
         if (!codec) return Error{ErrorCode::unsupported, "frame", "libavcodec has no H.264 decoder here"};
-        context.reset(av.allocContext(codec));
+        context.reset(av.avcodec_alloc_context3(codec));
         if (!context || !frame || !packet) return outOfMemory();
         context->thread_count = 1;
         context->flags |= AV_CODEC_FLAG_LOW_DELAY;
@@ -110,7 +101,7 @@ struct H264Decoder::Stream {
         // No stream takes more memory than its message told: sides up to the next macroblocks, and a few
         // more.
         context->max_pixels = (std::int64_t{width} + 64) * (std::int64_t{height} + 64);
-        if (av.open(context.get(), codec, nullptr) < 0) return outOfMemory();
+        if (av.avcodec_open2(context.get(), codec, nullptr) < 0) return outOfMemory();
         return success();
     }
 
@@ -119,11 +110,11 @@ struct H264Decoder::Stream {
         if (payload.empty() || payload.size() > INT32_MAX / 2)
             return corrupt("frame", "the picture is no H.264");
         // Decoders read beyond the end: libavcodec's own buffers are padded for it.
-        if (av.newPacket(packet.get(), static_cast<int>(payload.size())) < 0) return outOfMemory();
+        if (av.av_new_packet(packet.get(), static_cast<int>(payload.size())) < 0) return outOfMemory();
         std::copy(payload.begin(), payload.end(), packet->data);
-        const int sent = av.sendPacket(context.get(), packet.get());
-        av.unrefPacket(packet.get());
-        if (sent < 0 || av.receiveFrame(context.get(), frame.get()) < 0 || !isWhole(*frame)) {
+        const int sent = av.avcodec_send_packet(context.get(), packet.get());
+        av.av_packet_unref(packet.get());
+        if (sent < 0 || av.avcodec_receive_frame(context.get(), frame.get()) < 0 || !isWhole(*frame)) {
             return corrupt("frame", "the picture is damaged: it is not one whole H.264 picture");
         }
         return success();
@@ -135,7 +126,7 @@ H264Decoder::~H264Decoder() = default;
 
 bool H264Decoder::available() {
     const auto* const av = AvLibrary::here();
-    return av != nullptr && av->findDecoder(AV_CODEC_ID_H264) != nullptr;
+    return av != nullptr && av->avcodec_find_decoder(AV_CODEC_ID_H264) != nullptr;
 }
 
 Result<FramePixels> H264Decoder::decode(std::uint32_t width, std::uint32_t height, bool key,
