@@ -128,7 +128,7 @@ constexpr VolumeReader volumeReaders[] = {
          return look ? openDicom(*look, step.options.field()) : look.error();
      }},
     {"openpmd", "HDF5 or ADIOS2 with openPMD's attributes", nullptr, openField<openOpenpmdMesh>},
-    {"raw", "its dimensions were given", nullptr,
+    {"raw", "its dimensions, which were given or are in its name", nullptr,
      [](const VolumeStep& step, Progress&) { return openRaw(step.options, step.input); }}};
 
 const VolumeReader* volumeReader(std::string_view name) {
@@ -182,13 +182,16 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
         MOTE_ASSIGN_OR_RETURN(const bool openpmd, holdsOpenpmd(input));
         if (openpmd) return std::string_view("openpmd");
     }
+    if (saidByName(input)) return std::string_view("raw");
     if (const auto known = knownFile(head, file->name(), WantedAs::volume)) {
         return unsupported(file->name(), *known);
     }
     return unsupported(
         file->name(),
         "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), DICOM, NumPy, MRC, PNG or TIFF "
-        "file; a raw one is read by mote-prep volume, with --dimensions NX NY NZ and --type");
+        "file; a raw one is read by mote-prep volume, with --dimensions NX NY NZ and --type, or by a name "
+        "like "
+        "NAME_256x256x128_uint8.raw");
 }
 
 Source openAs(std::string_view format, const VolumeStep& step, Progress& progress) {

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "preprocess/readers/text/number.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -20,6 +22,31 @@ constexpr std::uint64_t mostBehind = 1u << 16;  // bytes behind the last value o
 
 constexpr std::size_t numberBuffer = 256 * 1024;
 constexpr std::size_t longestWord = 128;
+
+/// The type of "uint8", "float", "f32"; none of other words.
+std::optional<ScalarType> typeNamed(std::string_view word) {
+    if (word == "float") return ScalarType::f32;
+    if (word == "double") return ScalarType::f64;
+    for (const auto& [longer, shorter] :
+         {std::pair("uint", "u"), std::pair("int", "i"), std::pair("float", "f")}) {
+        if (!word.starts_with(longer)) continue;
+        return scalarType(shorter + std::string(word.substr(std::string_view(longer).size())));
+    }
+    return scalarType(word);
+}
+
+/// The numbers of "256x256x128"; none of other words.
+std::vector<std::uint32_t> sizeNamed(std::string_view word) {
+    std::vector<std::uint32_t> size;
+    for (std::size_t begin = 0; begin <= word.size();) {
+        const auto end = std::min(word.find('x', begin), word.size());
+        const auto number = parseId(word.substr(begin, end - begin));
+        if (!number || *number > std::numeric_limits<std::uint32_t>::max()) return {};
+        size.push_back(static_cast<std::uint32_t>(*number));
+        begin = end + 1;
+    }
+    return size.size() == 3 ? size : std::vector<std::uint32_t>();
+}
 
 bool separates(char c) {
     return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == ',';
@@ -220,8 +247,29 @@ ByteStreamPtr numberStream(ByteStreamPtr text) {
     return std::make_unique<NumberStream>(std::move(text));
 }
 
-Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& options,
+std::optional<proto::VolumeSourceOptions> saidByName(const std::filesystem::path& path) {
+    const std::string file = lower(path.filename().string());
+    proto::VolumeSourceOptions said;
+    for (std::string_view rest = file; !rest.empty();) {
+        const auto end = std::min(rest.find_first_of("_-. "), rest.size());
+        const std::string_view word = rest.substr(0, end);
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+        const auto size = sizeNamed(word);
+        if (said.dimensions_size() == 0) said.mutable_dimensions()->Add(size.begin(), size.end());
+        if (const auto type = typeNamed(word); type && said.type().empty())
+            said.set_type(std::string(name(*type)));
+    }
+    if (said.dimensions_size() == 0 || said.type().empty()) return std::nullopt;
+    return said;
+}
+
+Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& asked,
                                               const std::filesystem::path& path) {
+    proto::VolumeSourceOptions options = asked;
+    if (const auto said = saidByName(path); said && asked.dimensions_size() == 0) {
+        *options.mutable_dimensions() = said->dimensions();
+        if (asked.type().empty()) options.set_type(said->type());
+    }
     if (options.dimensions_size() != 3) {
         return invalid("dimensions", "a raw volume needs three of them");
     }

@@ -75,8 +75,12 @@ Result<VolumeParts> partsOfHeader(const std::filesystem::path& path) {
 /// commas. They end with the text or, in XML, at a '<'. Reading: corrupt if a word is no number.
 ByteStreamPtr numberStream(ByteStreamPtr text);
 
-/// The file may be gzipped. Errors: invalidArgument (options that are missing or wrong), corrupt (another
-/// length than the options say), those of fileStream.
+/// What the name of a raw file says of it: dimensions and type, as "engine_256x256x128_uint8.raw.gz" does, or
+/// "a-3x4x5-f32.bin". None if it leaves either open.
+std::optional<proto::VolumeSourceOptions> saidByName(const std::filesystem::path& path);
+
+/// The file may be gzipped. Without dimensions it is as its name says. Errors: invalidArgument (options that
+/// are missing or wrong), corrupt (another length than they say), those of fileStream.
 Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& options,
                                               const std::filesystem::path& path);
 

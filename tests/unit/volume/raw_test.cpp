@@ -90,6 +90,36 @@ TEST(RawVolume, LiesWhereTheOptionsSay) {
     EXPECT_EQ(worldOf(volume.shape, 1, 1, 1), glm::dvec3(10.5, 21, -27));
 }
 
+TEST(RawVolume, ItsNameSaysWhatItHolds) {
+    const TempDir folder;
+    const auto numbers = countedNumbers(60);
+    const auto read = [&](const char* file, const std::string& bytes) {
+        writeFile(folder / file, bytes);
+        return must(readVolume(folder / file));
+    };
+    const auto shorts = read("Head_3x4x5_uint16.raw", numberBytes<std::uint16_t>(numbers));
+    EXPECT_EQ(shorts.format, "raw");
+    EXPECT_EQ(name(shorts.shape.type), "u16");
+    EXPECT_EQ(shorts.shape.nz, 5u);
+    EXPECT_THAT(shorts.values, ElementsAreArray(numbers));
+    EXPECT_THAT(read("a b_5X3x4_INT8.RAW.gz", gzipped(numberBytes<std::int8_t>(numbers))).values,
+                ElementsAreArray(numbers));
+    EXPECT_THAT(read("c-float64-60x1x1.bin", numberBytes<double>(numbers)).values, ElementsAreArray(numbers));
+    EXPECT_THAT(read("d.float.4x3x5", numberBytes<float>(numbers)).values, ElementsAreArray(numbers));
+
+    const auto error = [&](const char* file, const proto::VolumeSourceOptions& options = {}) {
+        writeFile(folder / file, std::string(60, 'x'));
+        return volumeError(folder / file, options);
+    };
+    EXPECT_EQ(error("3x4x6_uint8.raw"),
+              "corrupt: 3x4x6_uint8.raw: its dimensions 3 x 4 x 6 of u8 are 72 bytes, and it holds 60");
+    EXPECT_EQ(error("3x4x6_uint8.raw", rawOptions(3, 4, 5)), "") << "what somebody says goes first";
+    for (const char* const open :
+         {"3x4x5.raw", "a_uint8.raw", "3x4x5x1_uint8.raw", "3x4_uint8.raw", "3x4x_uint8", "3x4x5_uint9.raw",
+          "3x4x-5_uint8.raw", "9999999999x1x1_uint8.raw"})
+        EXPECT_THAT(error(open), HasSubstr("a raw one is read")) << open;
+}
+
 TEST(RawVolume, ContradictionsAreRefused) {
     const TempDir folder;
     writeFile(folder / "a.raw", std::string(60, 'x'));
