@@ -2,6 +2,7 @@
 #include "protocol/scene/curve_presets.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <numeric>
 
@@ -62,7 +63,59 @@ class Quantiles {
     std::size_t first_;
 };
 
+/// How many values of a histogram lie between two, which it may cut bins at.
+class CountBetween {
+  public:
+    CountBetween(std::span<const std::uint64_t> histogram, const ValueRange& values)
+        : histogram_(histogram), low_(values.low), width_((values.high - values.low) / bins()) {}
+
+    double binWidth() const { return width_; }
+    double operator()(double from, double to) const {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < histogram_.size(); ++i) {
+            const double begin = low_ + width_ * static_cast<double>(i);
+            const double inside = std::min(to, begin + width_) - std::max(from, begin);
+            if (inside > 0.0) sum += inside / width_ * static_cast<double>(histogram_[i]);
+        }
+        return sum;
+    }
+
+  private:
+    double bins() const { return static_cast<double>(histogram_.size()); }
+
+    std::span<const std::uint64_t> histogram_;
+    double low_, width_;
+};
+
+constexpr double leastBone = 150.0, surelyBone = 290.0;  // HU
+
 }  // namespace
+
+double boneThreshold(std::span<const std::uint64_t> histogram, const ValueRange& values) {
+    constexpr double begin = 300.0, middle = 500.0, end = 700.0, step = 10.0;
+    constexpr double widestBin = 50.0, fewest = 100.0;  // of values, for their ratio
+    constexpr double more = 1.25;                       // than follows from those above
+    if (histogram.empty()) return surelyBone;
+    const CountBetween count(histogram, values);
+    const double dense = count(begin, middle), denser = count(middle, end);
+    if (count.binWidth() > widestBin || denser < fewest || dense <= denser) return surelyBone;
+    // Of values v there are exp(-fall v), as those from 300 to 500 and from 500 to 700 say.
+    const double fall = std::log(dense / denser) / (middle - begin);
+    const auto expected = [&](double from) {
+        return dense * std::expm1(fall * (begin - from)) / -std::expm1(-fall * (middle - begin));
+    };
+    double least = surelyBone;
+    for (double from = surelyBone - step; from >= leastBone; from -= step) {
+        if (count(from, begin) > more * expected(from)) break;
+        least = from;
+    }
+    return least;
+}
+
+ValueRange readableColors(const ValueRange& knots) {
+    constexpr double darkest = 0.4;  // of the colour map
+    return {knots.low - (knots.high - knots.low) * darkest / (1.0 - darkest), knots.high};
+}
 
 bool inHounsfieldUnits(std::string_view unit, const ValueRange& values) {
     if (!unit.empty()) return unit == "HU";
@@ -72,7 +125,7 @@ bool inHounsfieldUnits(std::string_view unit, const ValueRange& values) {
 std::span<const CurvePreset> tomographyPresets() {
     static const std::array<CurvePreset, 5> presets{{
         {"bones",
-         {{290, 0}, {290, 0.42}, {450, 0.65}, {1300, 0.9}},
+         {{surelyBone, 0}, {surelyBone, 0.42}, {450, 0.65}, {1300, 0.9}},
          {{{0.8F, 0.55F, 0.4F}}, {{0.9F, 0.74F, 0.58F}}, {{0.96F, 0.9F, 0.78F}}, {{1, 1, 0.96F}}}},
         {"vessels",
          {{110, 0}, {170, 0.1}, {260, 0.4}, {400, 0.6}, {1300, 0.85}},
@@ -137,6 +190,9 @@ std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& valu
     if (inHounsfieldUnits(unit, values)) {
         const auto tomography = tomographyPresets();
         presets.assign(tomography.begin(), tomography.end());
+        for (auto& knot : presets.front().knots) {
+            if (knot.x == surelyBone) knot.x = boneThreshold(histogram, values);
+        }
     }
     constexpr std::array<std::uint64_t, 1> unknown{1};
     auto others = histogramPresets(histogram.empty() ? unknown : histogram, values);

@@ -30,10 +30,20 @@ bool inHounsfieldUnits(std::string_view unit, const ValueRange& values);
 /// Bones, vessels (with a contrast agent), soft tissue, skin, lungs.
 std::span<const CurvePreset> tomographyPresets();
 
+/// From which value on bones are drawn, HU: 290, or as far below, down to 150, as there is hardly more than
+/// bone. That is where the histogram goes on as it falls from 300 to 700, exponentially: blood and organs
+/// with a contrast agent would stand out of it. Where voxels are as large as bones are thin, much of these is
+/// there.
+double boneThreshold(std::span<const std::uint64_t> histogram, const ValueRange& values);
+
 /// The object, its denser parts, its densest, layers of it and everything. What is the object and not what is
 /// around it, is where Otsu's threshold lies (A threshold selection method from gray-level histograms, 1979);
 /// the rest goes by quantiles of the values above it. `histogram`: even bins over `values`.
 std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram, const ValueRange& values);
+
+/// Where a colour map begins and ends if nobody says so: a curve from its first knot to its last, `knots`,
+/// has the part of the map that can be read on black.
+ValueRange readableColors(const ValueRange& knots);
 
 /// Those that suit values, the best first; one at least, also without a histogram.
 std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& values,

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "protocol/scene/curve_presets.h"
 #include "protocol/scene/field_visitor.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/mix.h"
@@ -120,9 +121,11 @@ void visitFields(proto::HybridStyle& style, const proto::HybridStyle& other, Fie
     }
     if (asMany || !canMix({*hybridCurveOf(from)}, {*hybridCurveOf(to)})) return;
     visitor.between([&](double share) {
+        const ValueRange knots{mix(from[0].value(), to[0].value(), share),
+                               mix(from[from.size() - 1].value(), to[to.size() - 1].value(), share)};
+        const auto range = style.color_map().empty() ? readableColors(knots) : knots;
         style.clear_color_range();
-        style.add_color_range(mix(from[0].value(), to[0].value(), share));
-        style.add_color_range(mix(from[from.size() - 1].value(), to[to.size() - 1].value(), share));
+        for (const double end : {range.low, range.high}) style.add_color_range(end);
     });
 }
 

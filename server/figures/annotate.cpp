@@ -316,8 +316,10 @@ std::optional<Bar> valueBar(const proto::Manifest& manifest, const TransferFunct
                             const Layer& layer) {
     ValueRange range = transfer.colors.empty() ? transfer.colorRange : transfer.span;
     const ValueRange values{manifest.hybrid().value_min(), manifest.hybrid().value_max()};
-    if (!hasColorRange(layer) && values.low < values.high)
-        range = {std::max(range.low, values.low), std::min(range.high, values.high)};
+    if (!hasColorRange(layer) && values.low < values.high) {
+        const double seen = transfer.opacity.knots().front().x;  // colours may begin below
+        range = {std::max({range.low, values.low, seen}), std::min(range.high, values.high)};
+    }
     if (!(range.low < range.high)) return std::nullopt;
     const auto color = [transfer, range](double share) {
         return transfer.color(range.low + share * (range.high - range.low));

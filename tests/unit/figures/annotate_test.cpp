@@ -319,8 +319,15 @@ TEST(Annotate, aBarOfValuesHasThoseThatThereAre) {
     view.layers[0].style = *parseHybridStyle({});
     LayerFacts facts{manifest, particlesStyleOf(*parseParticlesStyle({})).transfer()};
     facts.transfer->colorRange = {-60.0, 255.0};
+    const auto begin = [&](double value) {
+        facts.transfer->opacity = *Curve::create({{value, 0.1}, {255.0, 1.0}}, -100.0, 300.0);
+    };
+    begin(-10.0);
     EXPECT_EQ(wordsOf(annotate(view, {facts})),
               (std::set<std::string>{"0", "50", "100", "150", "200", "250", "value"}));
+    begin(60.0);
+    EXPECT_EQ(wordsOf(annotate(view, {facts})), (std::set<std::string>{"100", "150", "200", "250", "value"}))
+        << "what the curve leaves out has no colour";
     proto::HybridStyle said;
     said.add_color_range(-60.0);
     said.add_color_range(255.0);

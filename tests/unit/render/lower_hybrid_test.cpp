@@ -61,6 +61,33 @@ TEST(LowerHybrid, ShapesAreAsSteepAsPictureSays) {
     EXPECT_EQ(fieldOf(grid, points, 1.0, "square").steepness, 8.0);
 }
 
+TEST(LowerHybrid, ACurveWithoutColoursCanBeRead) {
+    const auto grid = machine(volume);
+    const auto colorAt = [&](double value, proto::HybridStyle style) {
+        for (const double knot : {0.25, 0.75}) {
+            auto& at = *style.add_curve();
+            at.set_value(grid->range.low + knot * (grid->range.high - grid->range.low));
+            at.set_opacity(knot);
+        }
+        const double share = grid->range.low + value * (grid->range.high - grid->range.low);
+        return transferOf(hybridStyleOf(*parseHybridStyle(style)), *grid).color(share);
+    };
+    const auto viridis = ColorMap::find("viridis").value();
+    const auto expectColor = [](const glm::dvec3& got, const glm::dvec3& wanted) {
+        EXPECT_TRUE(glm::all(glm::lessThan(glm::abs(got - wanted), glm::dvec3(1e-6))));
+    };
+    expectColor(colorAt(0.25, {}), viridis(0.4));
+    expectColor(colorAt(0.5, {}), viridis(0.7));
+    expectColor(colorAt(0.75, {}), viridis(1.0));
+    proto::HybridStyle named;
+    named.set_color_map("viridis");
+    expectColor(colorAt(0.25, named), viridis(0.0));
+    expectColor(colorAt(0.5, named), viridis(0.5));
+    proto::HybridStyle ranged;
+    for (const double end : {grid->range.low, grid->range.high}) ranged.add_color_range(end);
+    expectColor(colorAt(0.5, ranged), viridis(0.5));
+}
+
 TEST(LowerHybrid, ALayerThatFadesIsThinned) {
     const auto grid = machine(residual);
     View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};

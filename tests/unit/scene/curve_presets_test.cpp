@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace mote {
 namespace {
@@ -65,6 +66,49 @@ TEST(CurvePresets, HounsfieldUnitsAreKnownByTheirNameOrTheirRange) {
     EXPECT_TRUE(inHounsfieldUnits("", {-1000.0, 1500.0}));
     EXPECT_FALSE(inHounsfieldUnits("", {0.0, 255.0}));
     EXPECT_FALSE(inHounsfieldUnits("", {-32768.0, 32767.0}));
+}
+
+/// Of -1000 to 1560 HU in 256 bins: air, muscles, and bones that become fewer by e every `fall` HU.
+std::vector<std::uint64_t> bodyWithBones(double fall) {
+    std::vector<std::uint64_t> bins(256, 0);
+    for (std::size_t i = 0; i < 10; ++i) bins[i] = 1000000;
+    for (std::size_t i = 102; i < 110; ++i) bins[i] = 200000;  // to 100
+    for (std::size_t i = 110; i < bins.size(); ++i)
+        bins[i] =
+            static_cast<std::uint64_t>(6000.0 * std::exp(-(static_cast<double>(i) - 110.0) * 10.0 / fall));
+    return bins;
+}
+
+TEST(CurvePresets, BonesBeginWhereNothingElseIs) {
+    const ValueRange values{-1000.0, 1560.0};
+    for (const double fall : {120.0, 170.0, 300.0})
+        EXPECT_EQ(boneThreshold(bodyWithBones(fall), values), 150.0) << fall;
+    auto withBlood = bodyWithBones(170.0);
+    for (std::size_t i = 119; i < 127; ++i) withBlood[i] += 4000;  // 190 to 270, of a contrast agent
+    EXPECT_EQ(boneThreshold(withBlood, values), 270.0);
+    auto withOrgans = bodyWithBones(170.0);
+    for (std::size_t i = 110; i < 118; ++i) withOrgans[i] += 20000;  // to 180
+    EXPECT_EQ(boneThreshold(withOrgans, values), 180.0);
+    auto dense = bodyWithBones(170.0);
+    for (std::size_t i = 124; i < 129; ++i) dense[i] += 4000;  // 240 to 290
+    EXPECT_EQ(boneThreshold(dense, values), 290.0);
+
+    const auto bones = presetsOf("HU", values, bodyWithBones(170.0)).front();
+    expectOrdered(bones);
+    EXPECT_EQ(opacity(bones, 149.0), 0.0);
+    EXPECT_GT(opacity(bones, 151.0), 0.4);
+}
+
+TEST(CurvePresets, WhereBonesAreNotToldTheyBeginAsEver) {
+    const ValueRange values{-1000.0, 1560.0};
+    EXPECT_EQ(boneThreshold({}, values), 290.0);
+    EXPECT_EQ(boneThreshold(std::vector<std::uint64_t>(256, 0), values), 290.0);
+    EXPECT_EQ(boneThreshold(std::vector<std::uint64_t>(256, 9), values), 290.0) << "does not fall";
+    EXPECT_EQ(boneThreshold(std::vector<std::uint64_t>{1000, 1}, values), 290.0) << "too coarse";
+    auto few = bodyWithBones(170.0);
+    for (auto& count : few) count /= 1000;
+    EXPECT_EQ(boneThreshold(few, values), 290.0);
+    EXPECT_EQ(presetsOf("HU", values, {}).front().knots.front().x, 290.0);
 }
 
 TEST(CurvePresets, HistogramPresetsLeaveTheGroundOut) {

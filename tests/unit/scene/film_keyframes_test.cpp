@@ -207,17 +207,27 @@ TEST(FilmKeyframes, LinkedPointsComeEvenlyWithTheirVolume) {
 }
 
 TEST(FilmKeyframes, ColourRangesFollowTheirCurves) {
-    const Film film = filmOf(between(
-        "{'dataset': 'a/b', 'hybrid': {'curve': [{'value': 0, 'opacity': 0}, {'value': 8, 'opacity': 1}]}}",
-        "{'dataset': 'a/b', 'hybrid': {'curve': [{'value': 4, 'opacity': 0}, {'value': 5, 'opacity': 1},"
-        "{'value': 20, 'opacity': 1}]}}"));
-    const View view = viewAt(film, 0.25);
-    ASSERT_EQ(view.layers.size(), 1U);
-    const auto& style = *view.layers[0].hybrid();
-    ASSERT_EQ(style.color_range_size(), 2);
-    EXPECT_NEAR(style.color_range(0), 1.0, 1e-12);
-    EXPECT_NEAR(style.color_range(1), 11.0, 1e-12);
-    EXPECT_EQ(style.curve_size(), 5);
+    const auto rangeOf = [](const std::string& map) {
+        const Film film =
+            filmOf(between("{'dataset': 'a/b', 'hybrid': {" + map +
+                               "'curve': [{'value': 0, 'opacity': 0}, {'value': 8, 'opacity': 1}]}}",
+                           "{'dataset': 'a/b', 'hybrid': {" + map +
+                               "'curve': [{'value': 4, 'opacity': 0}, {'value': 5, 'opacity': 1},"
+                               "{'value': 20, 'opacity': 1}]}}"));
+        const View view = viewAt(film, 0.25);
+        EXPECT_EQ(view.layers.size(), 1U);
+        const auto& style = *view.layers[0].hybrid();
+        EXPECT_EQ(style.color_range_size(), 2);
+        EXPECT_EQ(style.curve_size(), 5);
+        return ValueRange{style.color_range(0), style.color_range(1)};
+    };
+    const ValueRange all = rangeOf("'colorMap': 'magma', ");
+    EXPECT_NEAR(all.low, 1.0, 1e-12);
+    EXPECT_NEAR(all.high, 11.0, 1e-12);
+    // Where nobody chose colours, the curve has the part of the map from 0.4 on.
+    const ValueRange readable = rangeOf("");
+    EXPECT_NEAR(readable.low + 0.4 * (readable.high - readable.low), 1.0, 1e-12);
+    EXPECT_NEAR(readable.high, 11.0, 1e-12);
 }
 
 TEST(FilmKeyframes, ClipsMove) {

@@ -56,14 +56,13 @@ CurvePreset defaultPreset(const GridField& field) {
     return presetsOf("", field.range, histogram).front();
 }
 
-/// Those of the curve; or of the colour map what is bright enough to be read on black.
-void takeDefaultColors(const GridField& field, bool ownRange, TransferFunction& transfer) {
-    constexpr double darkest = 0.4;  // of the colour map
-    for (const auto& color : defaultPreset(field).colors)
-        transfer.colors.push_back(srgbToLinear(glm::dvec3(color[0], color[1], color[2])));
-    if (!transfer.colors.empty() || ownRange) return;
-    const double width = transfer.span.high - transfer.span.low;
-    transfer.colorRange.low = transfer.span.low - width * darkest / (1.0 - darkest);
+/// Those of the default curve, if it is drawn; or of the colour map what can be read.
+void takeDefaultColors(const HybridStyle& style, const GridField& field, TransferFunction& transfer) {
+    if (!style.opacity) {
+        for (const auto& color : defaultPreset(field).colors)
+            transfer.colors.push_back(srgbToLinear(glm::dvec3(color[0], color[1], color[2])));
+    }
+    if (!style.colorRange) transfer.colorRange = readableColors(transfer.span);
 }
 
 /// Points are corrections that a style weakens and gives a shape.
@@ -99,7 +98,7 @@ TransferFunction transferOf(const HybridStyle& style, const GridField& field) {
                               .colors = style.colors};
     transfer.span = knotsOf(transfer.opacity, field.range);
     transfer.colorRange = style.colorRange ? *style.colorRange : transfer.span;
-    if (!style.opacity && !style.ownColors) takeDefaultColors(field, style.colorRange.has_value(), transfer);
+    if (!style.ownColors) takeDefaultColors(style, field, transfer);
     if (transfer.colors.empty()) {
         transfer.span = {std::min(transfer.span.low, transfer.colorRange.low),
                          std::max(transfer.span.high, transfer.colorRange.high)};
