@@ -140,7 +140,7 @@ void drawLayerRow(ViewModel& model, int index, const LayerPanel& panel) {
         model.setShown(index, shown);
         panel.actions.viewChanged = true;
     }
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("shown in the picture");
+    fieldHelp(proto::Layer::default_instance(), proto::Layer::kHiddenFieldNumber);
     ImGui::SameLine();
     const bool missing = isMissing(panel.server, dataset);
     const auto& kind = proto::Layer::descriptor()->FindFieldByNumber(shownKind)->name();
@@ -173,6 +173,7 @@ void drawLayerName(ViewModel& model, PanelActions& actions) {
     std::copy_n(name.begin(), std::min(name.size(), typed.size() - 1), typed.begin());
     const bool changed =
         ImGui::InputTextWithHint("layer's name", model.dataset().c_str(), typed.data(), typed.size());
+    fieldHelp(model.layer(), proto::Layer::kNameFieldNumber);
     actions.viewChanged |= changed && model.setName(model.chosen(), typed.data()).ok();
 }
 
@@ -201,6 +202,7 @@ void drawLayers(ViewModel& model, const LayerPanel& panel) {
     auto opacity = static_cast<float>(model.layer().has_opacity() ? model.layer().opacity() : 1.0);
     const float before = opacity;
     slider(panel.actions, "layer's opacity", opacity, 0.0F, 1.0F);
+    fieldHelp(model.layer(), proto::Layer::kOpacityFieldNumber);
     if (opacity != before) model.setOpacity(model.chosen(), share(decimal(opacity)));
     text("style");
     ImGui::SameLine();
@@ -290,6 +292,13 @@ void drawViews(const PanesShown& panes, PanelActions& actions) {
     }
 }
 
+/// The last lines that a job wrote.
+void drawLog(const proto::JobStatus& job) {
+    if (job.log().empty() || !ImGui::TreeNode("log")) return;
+    for (const auto& line : job.log()) dim(line);
+    ImGui::TreePop();
+}
+
 void drawJobs(const ServerState& server, PanelActions& actions) {
     if (server.jobs.empty() || !section("Jobs")) return;
     constexpr float lines = 18.0F;  // the panel is no log: older ones are scrolled to
@@ -307,6 +316,7 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
         if (isReadyFilm(job) && ImGui::SmallButton("Save film...")) actions.saveFilm = job.id();
         if (mayBeTriedAgain(job) && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
         if (!job.error().empty()) dim(job.error());
+        drawLog(job);
         ImGui::PopID();
     }
     if (server.jobs.size() < server.allJobs && ImGui::SmallButton("Older jobs...")) actions.moreJobs = true;

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "protocol/scene/color_map.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::client {
@@ -62,6 +64,13 @@ void noteCurve(PanelActions& actions, bool changed) {
     actions.editing |= ImGui::IsMouseDown(ImGuiMouseButton_Left) && ImGui::IsAnyItemActive();
 }
 
+void fieldHelp(const google::protobuf::Message& message, int field) {
+    if (!ImGui::IsItemHovered()) return;
+    const auto* found = message.GetDescriptor()->FindFieldByNumber(field);
+    MOTE_CHECK(found != nullptr);
+    ImGui::SetTooltip("%s", factsOf(*found).help().c_str());
+}
+
 bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names) {
     bool changed = false;
     if (!ImGui::BeginCombo(label, chosen.c_str())) return false;
@@ -81,6 +90,11 @@ void checkbox(PanelActions& actions, const char* label, bool& value) {
 
 void colorBox(PanelActions& actions, const char* label, std::array<float, 3>& color) {
     note(actions, ImGui::ColorEdit3(label, color.data(), ImGuiColorEditFlags_NoInputs));
+}
+
+void backgroundBox(PanelActions& actions, std::array<float, 3>& color) {
+    colorBox(actions, "background", color);
+    fieldHelp(proto::View::default_instance(), proto::View::kBackgroundFieldNumber);
 }
 
 void slider(PanelActions& actions, const char* label, float& value, float least, float most,

@@ -17,6 +17,10 @@
 #include "client/view/replot.h"
 #include "client/view/slider_values.h"
 
+namespace google::protobuf {
+class Message;
+}
+
 namespace mote::client {
 
 /// What the user asked for in this frame.
@@ -49,10 +53,16 @@ void note(PanelActions& actions, bool changed);
 /// The same of a curve, which is more than one widget.
 void noteCurve(PanelActions& actions, bool changed);
 
+/// Says what a field is, as the schema has it, while the pointer rests on the last widget. The message has
+/// the field.
+void fieldHelp(const google::protobuf::Message& message, int field);
+
 // Controls of the view; each notes what the user does.
 
 void checkbox(PanelActions& actions, const char* label, bool& value);
 void colorBox(PanelActions& actions, const char* label, std::array<float, 3>& color);
+/// That of a view's background.
+void backgroundBox(PanelActions& actions, std::array<float, 3>& color);
 void slider(PanelActions& actions, const char* label, float& value, float least, float most,
             const char* format = "%.2f");
 /// A slider that moves by the logarithm.

@@ -104,6 +104,7 @@ void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<doubl
     tooltipOf("play from the last step to the first");
     ImGui::SameLine();
     ImGui::Checkbox("loop", &playback.loop);
+    tooltipOf("begin again at the other end");
     ImGui::SameLine();
     ImGui::SetNextItemWidth(42.0F * place.scale);
     ImGui::DragInt("##stride", &playback.stride, 0.1F, 1, 1000, "x%d", ImGuiSliderFlags_AlwaysClamp);

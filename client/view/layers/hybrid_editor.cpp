@@ -263,7 +263,7 @@ void HybridEditor::draw(const LayerPanel& panel) {
     drawCurve(controls, manifest, panel);
     drawRepresentation(controls, manifest, panel.actions);
     drawLight(controls, panel.actions);
-    colorBox(panel.actions, "background", panel.background);
+    backgroundBox(panel.actions, panel.background);
 }
 
 }  // namespace mote::client

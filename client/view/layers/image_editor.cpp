@@ -14,7 +14,7 @@ void ImageEditor::drawFacts(const LayerPanel& panel) {
 }
 
 void ImageEditor::draw(const LayerPanel& panel) {
-    colorBox(panel.actions, "background", panel.background);
+    backgroundBox(panel.actions, panel.background);
 }
 
 }  // namespace mote::client

@@ -48,6 +48,13 @@ std::span<const std::uint64_t> shownHistogram(const LayerPanel& panel) {
     return {step->density_histogram().data(), static_cast<std::size_t>(step->density_histogram_size())};
 }
 
+void volumeHelp(int field) {
+    fieldHelp(proto::VolumeStyle::default_instance(), field);
+}
+void pointsHelp(int field) {
+    fieldHelp(proto::PointsStyle::default_instance(), field);
+}
+
 void drawPresets(ParticlesControls& controls, PanelActions& actions) {
     if (!ImGui::BeginCombo("preset", "choose curves")) return;
     if (ImGui::Selectable("the plot's own")) {
@@ -71,6 +78,7 @@ void drawDensities(ParticlesControls& controls, PanelActions& actions) {
         controls.densities = own ? ofPlot : std::nullopt;
         actions.viewChanged = true;
     }
+    volumeHelp(proto::VolumeStyle::kDensityRangeFieldNumber);
     ImGui::EndDisabled();
     if (!controls.densities) return;
     Interval typed = *controls.densities;
@@ -95,6 +103,7 @@ void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
     DensityCurve volume(controls.functions, Which::volume);
     noteCurve(panel.actions, curveEditor("volume", volume, look));
     colorMapList(panel.actions, "colours", controls.colorMap);
+    volumeHelp(proto::VolumeStyle::kColorMapFieldNumber);
     text("Points: fraction over log density");
     look = {.xName = "log density", .yName = "fraction", .rootAxis = false, .height = 90.0F * panel.scale};
     look.histogram = shownHistogram(panel);
@@ -105,16 +114,20 @@ void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
         controls.functions.setLinked(linked);
         panel.actions.viewChanged = true;
     }
+    pointsHelp(proto::PointsStyle::kLinkedFieldNumber);
     drawDensities(controls, panel.actions);
 }
 
 void drawPoints(ParticlesControls& controls, const LayerPanel& panel) {
     if (!section("Points")) return;
     logSlider(panel.actions, "opacity", controls.pointOpacity, 0.0005F, 1.0F, "%.4f");
+    pointsHelp(proto::PointsStyle::kOpacityFieldNumber);
     logSlider(panel.actions, "size (pixels)", controls.pointSize, 0.3F, 16.0F, "%.1f");
+    pointsHelp(proto::PointsStyle::kSizePixelsFieldNumber);
     colorBox(panel.actions, "colour", controls.pointColor);
+    pointsHelp(proto::PointsStyle::kColorFieldNumber);
     ImGui::SameLine();
-    colorBox(panel.actions, "background", panel.background);
+    backgroundBox(panel.actions, panel.background);
 }
 
 }  // namespace

@@ -32,8 +32,12 @@ void TransferFunctions::take(std::vector<Curve::Knot> volume, std::vector<Curve:
 
 void TransferFunctions::setLinked(bool linked) {
     chosen_ = true;
+    if (linked == linked_) return;
     linked_ = linked;
+    if (!linked && !ownPoints_.empty()) points_.take(std::exchange(ownPoints_, {}));
+    auto own = points_.knots();
     follow();
+    if (linked && own != points_.knots()) ownPoints_ = std::move(own);
 }
 
 void TransferFunctions::move(Which which, std::size_t knot, Curve::Knot to) {
@@ -101,6 +105,7 @@ void TransferFunctions::read(const proto::ParticlesStyle& style) {
     volume_.take(parsed.volumeOpacity.knots());
     points_.take(parsed.pointFraction.knots());
     linked_ = !style.points().has_linked() || style.points().linked();
+    if (!linked_) ownPoints_.clear();
     chosen_ = !parsed.curveByPlot;
 }
 

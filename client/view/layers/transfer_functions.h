@@ -32,7 +32,8 @@ class TransferFunctions {
     void take(std::vector<Curve::Knot> volume, std::vector<Curve::Knot> points);
     /// What was chosen is so no more; setOfPlot() says what there is then.
     void leaveToPlot() { chosen_ = false; }
-    /// Linking makes the points follow the volume.
+    /// Linking makes the points follow the volume; unlinked again, they have the curve of their own that they
+    /// had before, if there was one.
     void setLinked(bool linked);
 
     /// Moves a knot, held between its neighbours and within [0, 1].
@@ -58,6 +59,7 @@ class TransferFunctions {
 
     KnotCurve volume_;
     KnotCurve points_;
+    std::vector<Curve::Knot> ownPoints_;  // while they are linked: those before, or none
     bool linked_ = true;
     bool chosen_ = false;
 };

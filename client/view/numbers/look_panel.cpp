@@ -76,6 +76,7 @@ void drawColorBy(const NumbersPanel& panel) {
         colorBy.ownRange = false;
         panel.actions.viewChanged = true;
     }
+    fieldHelp(proto::ColorBy::default_instance(), proto::ColorBy::kColumnFieldNumber);
     if (colorBy.column.empty()) return;
     drawColorRange(panel, colorBy);
     colorMapList(panel.actions, "colours##by", colorBy.colorMap);
@@ -84,6 +85,7 @@ void drawColorBy(const NumbersPanel& panel) {
         colorBy.ofPixel = ofPixel == ofPixelNames.front() ? "" : ofPixel;
         panel.actions.viewChanged = true;
     }
+    fieldHelp(proto::ColorBy::default_instance(), proto::ColorBy::kOfPixelFieldNumber);
 }
 
 void drawPicked(const NumbersPanel& panel) {
@@ -116,12 +118,16 @@ void drawAnnotations(PanelActions& actions, proto::Annotations& annotations) {
     if (!section("Beside the picture")) return;
     bool axes = annotations.axes(), colorBar = annotations.color_bar();
     bool scaleBar = annotations.scale_bar(), labels = annotations.labels();
-    checkbox(actions, "axes", axes);
+    const auto box = [&](const char* label, bool& shown, int field) {
+        checkbox(actions, label, shown);
+        fieldHelp(annotations, field);
+    };
+    box("axes", axes, annotations.kAxesFieldNumber);
     ImGui::SameLine();
-    checkbox(actions, "colour bar", colorBar);
-    checkbox(actions, "scale bar", scaleBar);
+    box("colour bar", colorBar, annotations.kColorBarFieldNumber);
+    box("scale bar", scaleBar, annotations.kScaleBarFieldNumber);
     ImGui::SameLine();
-    checkbox(actions, "labels", labels);
+    box("labels", labels, annotations.kLabelsFieldNumber);
     annotations.set_axes(axes);
     annotations.set_color_bar(colorBar);
     annotations.set_scale_bar(scaleBar);
@@ -129,6 +135,7 @@ void drawAnnotations(PanelActions& actions, proto::Annotations& annotations) {
     auto points = static_cast<float>(annotations.has_font_points() ? annotations.font_points() : 9.0);
     const float before = points;
     slider(actions, "font", points, 5.0F, 24.0F, "%.1f points");
+    fieldHelp(annotations, annotations.kFontPointsFieldNumber);
     if (points != before) annotations.set_font_points(decimal(points));
 }
 

@@ -64,7 +64,36 @@ TEST(TransferFunctions, LinkingAgainMakesThePointsFollow) {
     functions.setLinked(false);
     functions.move(Which::points, 0, {0.1, 0.3});
     functions.setLinked(true);
-    EXPECT_EQ(functions, ramp());
+    EXPECT_TRUE(functions.linked());
+    for (const Which which : {Which::volume, Which::points})
+        EXPECT_EQ(functions.knots(which), ramp().knots(which));
+}
+
+TEST(TransferFunctions, LinkingForgetsNoCurve) {
+    auto functions = ramp();
+    functions.setLinked(false);
+    EXPECT_DOUBLE_EQ(functions.knots(Which::points)[1].y, 0.5);  // where they were while linked
+    functions.move(Which::points, 1, {0.6, 0.25});
+    const auto own = functions.knots(Which::points);
+    functions.setLinked(true);
+    functions.move(Which::volume, 1, {0.7, 0.05});
+    proto::ParticlesStyle message;
+    functions.write(message);
+    functions.read(message);  // as each frame does
+    EXPECT_NE(functions.knots(Which::points), own);
+    functions.setLinked(false);
+    EXPECT_EQ(functions.knots(Which::points), own);
+    EXPECT_DOUBLE_EQ(functions.knots(Which::volume)[1].y, 0.05);
+}
+
+TEST(TransferFunctions, UnlinkedWithoutACurveOfTheirOwnPointsStayWhereTheyAre) {
+    auto functions = ramp();
+    functions.setLinked(false);
+    functions.setLinked(true);
+    functions.move(Which::volume, 1, {0.7, 0.05});
+    const auto points = functions.knots(Which::points);
+    functions.setLinked(false);
+    EXPECT_EQ(functions.knots(Which::points), points);
 }
 
 TEST(TransferFunctions, KnotsStayInOrderAndRange) {
