@@ -31,6 +31,7 @@ Status writeScreenshot(const std::filesystem::path& path, std::span<const std::u
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -104,7 +105,101 @@ void loadFont(float scale) {
     if (std::filesystem::exists(font)) io.Fonts->AddFontFromFileTTF(font, 14.0F * scale);
 }
 
+#if IMGUI_VERSION_NUM >= 18900
+/// All events of a frame are for this frame: what must wait for the next one, the window keeps itself.
+void takeEventsAtOnce() {
+    ImGui::GetIO().ConfigInputTrickleEventQueue = false;
+}
+
+void pointTo(float x, float y) {
+    ImGui::GetIO().AddMousePosEvent(x, y);
+}
+
+/// ImGuiKey_None if Dear ImGui's controls have no use for it.
+ImGuiKey keyOf(int key) {
+    static const std::map<int, ImGuiKey> named = {
+        {GLFW_KEY_TAB, ImGuiKey_Tab},
+        {GLFW_KEY_LEFT, ImGuiKey_LeftArrow},
+        {GLFW_KEY_RIGHT, ImGuiKey_RightArrow},
+        {GLFW_KEY_UP, ImGuiKey_UpArrow},
+        {GLFW_KEY_DOWN, ImGuiKey_DownArrow},
+        {GLFW_KEY_PAGE_UP, ImGuiKey_PageUp},
+        {GLFW_KEY_PAGE_DOWN, ImGuiKey_PageDown},
+        {GLFW_KEY_HOME, ImGuiKey_Home},
+        {GLFW_KEY_END, ImGuiKey_End},
+        {GLFW_KEY_INSERT, ImGuiKey_Insert},
+        {GLFW_KEY_DELETE, ImGuiKey_Delete},
+        {GLFW_KEY_BACKSPACE, ImGuiKey_Backspace},
+        {GLFW_KEY_SPACE, ImGuiKey_Space},
+        {GLFW_KEY_ENTER, ImGuiKey_Enter},
+        {GLFW_KEY_KP_ENTER, ImGuiKey_KeypadEnter},
+        {GLFW_KEY_ESCAPE, ImGuiKey_Escape},
+    };
+    if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) return static_cast<ImGuiKey>(ImGuiKey_A + (key - GLFW_KEY_A));
+    const auto found = named.find(key);
+    return found != named.end() ? found->second : ImGuiKey_None;
+}
+
+/// Modifiers are those of the event; ImGui_ImplGlfw_KeyCallback would ask which are held now.
+void pressKey(GLFWwindow* /*window*/, int key, int /*scancode*/, int action, int mods) {
+    struct Modifier {
+        ImGuiKey key;
+        int mask, left, right;
+    };
+    constexpr std::array modifiers = {
+        Modifier{ImGuiMod_Ctrl, GLFW_MOD_CONTROL, GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL},
+        Modifier{ImGuiMod_Shift, GLFW_MOD_SHIFT, GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT},
+        Modifier{ImGuiMod_Alt, GLFW_MOD_ALT, GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT},
+        Modifier{ImGuiMod_Super, GLFW_MOD_SUPER, GLFW_KEY_LEFT_SUPER, GLFW_KEY_RIGHT_SUPER},
+    };
+    auto& io = ImGui::GetIO();
+    const bool down = action != GLFW_RELEASE;
+    for (const auto& each : modifiers) {
+        const bool itself = key == each.left || key == each.right;
+        io.AddKeyEvent(each.key, itself ? down : (mods & each.mask) != 0);
+    }
+    if (const auto known = keyOf(key); known != ImGuiKey_None) io.AddKeyEvent(known, down);
+}
+#else
+void takeEventsAtOnce() {}
+
+void pointTo(float x, float y) {
+    ImGui::GetIO().MousePos = {x, y};
+}
+
+void pressKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
+    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
+}
+#endif
+
 }  // namespace
+
+PartCopy PartCopy::ofCurrentContext() {
+    constexpr int accelerated = 0x8186;  // GLX_RENDERER_ACCELERATED_MESA
+    using Ask = int (*)(int attribute, unsigned* value);
+    PartCopy made;
+    for (const char* needed : {"GLX_MESA_copy_sub_buffer", "GLX_MESA_query_renderer"}) {
+        if (glfwExtensionSupported(needed) != GLFW_TRUE) return made;
+    }
+    const auto find = [](const char* name) { return glfwGetProcAddress(name); };
+    const auto ask = reinterpret_cast<Ask>(find("glXQueryCurrentRendererIntegerMESA"));
+    const auto display = reinterpret_cast<void* (*)()>(find("glXGetCurrentDisplay"));
+    const auto drawable = reinterpret_cast<unsigned long (*)()>(find("glXGetCurrentDrawable"));
+    const auto copy = reinterpret_cast<Copy>(find("glXCopySubBufferMESA"));
+    unsigned card = 1;
+    if (ask == nullptr || display == nullptr || drawable == nullptr || ask(accelerated, &card) == 0 ||
+        card != 0)
+        return made;
+    made.display_ = display();
+    made.drawable_ = drawable();
+    made.copy_ = copy;
+    return made;
+}
+
+void PartCopy::show(const WindowPart& part, int height) const {
+    copy_(display_, drawable_, part.left, height - part.bottom, part.right - part.left,
+          part.bottom - part.top);
+}
 
 Window::Window(int width, int height, const std::string& title) {
     if (glfwInit() == GLFW_FALSE) fail("no window system can be reached");
@@ -124,15 +219,19 @@ Window::Window(int width, int height, const std::string& title) {
     ImGui::CreateContext();
     setLight(false);
     loadFont(contentScale());
+    takeEventsAtOnce();
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 330 core");
     // In place of Dear ImGui's, which hear of keys when a frame has them.
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, onKey);
     glfwSetCharCallback(window_, onLetter);
+    glfwSetCursorEnterCallback(window_, onEnter);
     glfwSetCursorPosCallback(window_, onMove);
     glfwSetMouseButtonCallback(window_, onButton);
     glfwSetJoystickCallback(onDevice);
+    glfwSetWindowRefreshCallback(window_, onExposed);
+    partCopy_ = PartCopy::ofCurrentContext();
     opened = this;
     for (int device = GLFW_JOYSTICK_1; device <= GLFW_JOYSTICK_LAST; ++device) {
         if (glfwJoystickPresent(device) == GLFW_TRUE) onDevice(device, GLFW_CONNECTED);
@@ -188,6 +287,11 @@ void Window::onLetter(GLFWwindow* window, unsigned codepoint) {
         ->events_.push_back({-1, 0, GLFW_PRESS, 0, codepoint});
 }
 
+void Window::onEnter(GLFWwindow* window, int entered) {
+    static_cast<Window*>(glfwGetWindowUserPointer(window))->isInside_ = entered == GLFW_TRUE;
+    ImGui_ImplGlfw_CursorEnterCallback(window, entered);
+}
+
 void Window::onMove(GLFWwindow* window, double x, double y) {
     auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
     self.pointerX_ = static_cast<float>(x);
@@ -206,7 +310,9 @@ void Window::pourButtons() {
         const auto event = buttons_.front();
         buttons_.pop_front();
         down_[static_cast<std::size_t>(event.button)] = event.down;
-        io.MousePos = {event.x, event.y};
+        pointTo(event.x, event.y);
+    } else if (isInside_ || std::ranges::find(down_, true) != down_.end()) {
+        pointTo(pointerX_, pointerY_);
     }
     std::ranges::copy(down_, io.MouseDown);
 }
@@ -222,7 +328,7 @@ void Window::pour(const KeyEvent& event) {
         if (plain) pressed(std::string(1, static_cast<char>(event.letter)));
         return;
     }
-    ImGui_ImplGlfw_KeyCallback(window_, event.key, event.scancode, event.action, event.mods);
+    pressKey(window_, event.key, event.scancode, event.action, event.mods);
     auto name = event.action == GLFW_RELEASE ? std::string() : nameOfKey(event.key, event.scancode);
     if (name.empty()) return;
     if ((event.mods & GLFW_MOD_SHIFT) != 0) name = "Shift+" + name;
@@ -329,16 +435,44 @@ bool Window::beginFrame(std::optional<double> seconds) {
     return came;
 }
 
-void Window::drawFrame() {
-    ImGui::Render();
+void Window::onExposed(GLFWwindow* window) {
+    static_cast<Window*>(glfwGetWindowUserPointer(window))->changes_.forget();
+}
+
+void Window::noteTexture(void* texture) {
+    if (auto* window = opened.load()) window->changes_.touch(texture);
+}
+
+void Window::drawPart(const WindowPart& part) const {
     glViewport(0, 0, framebufferWidth(), framebufferHeight());
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(part.left, framebufferHeight() - part.bottom, part.right - part.left, part.bottom - part.top);
     glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
     glClear(GL_COLOR_BUFFER_BIT);
+    glDisable(GL_SCISSOR_TEST);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
+void Window::drawFrame() {
+    ImGui::Render();
+    auto& data = *ImGui::GetDrawData();
+    const WindowPart whole{0, 0, framebufferWidth(), framebufferHeight()};
+    drawn_.reset();
+    if (partCopy_.exists()) drawn_ = changes_.take(data);
+    long long pixels = 0;
+    for (const auto& part : drawn_.value_or(std::vector<WindowPart>())) pixels += part.pixels();
+    if (2 * pixels > whole.pixels()) drawn_.reset();
+    if (!drawn_) return drawPart(whole);
+    for (const auto& part : *drawn_) {
+        const auto clips = ChangedParts::clipTo(data, part);
+        drawPart(part);
+        ChangedParts::restoreClips(data, clips);
+    }
+}
+
 void Window::presentFrame() {
-    glfwSwapBuffers(window_);
+    if (!drawn_) return glfwSwapBuffers(window_);
+    for (const auto& part : *drawn_) partCopy_.show(part, framebufferHeight());
 }
 
 void Window::wake() {
@@ -363,7 +497,9 @@ float Window::contentScale() const {
     return std::max(x, 1.0F);
 }
 
-std::vector<std::uint8_t> Window::readPixels() const {
+std::vector<std::uint8_t> Window::readPixels() {
+    if (drawn_) drawPart({0, 0, framebufferWidth(), framebufferHeight()});
+    drawn_.reset();
     const auto width = static_cast<std::size_t>(framebufferWidth());
     const auto height = static_cast<std::size_t>(framebufferHeight());
     std::vector<std::uint8_t> pixels(3 * width * height);
@@ -394,6 +530,7 @@ PictureTexture::~PictureTexture() {
 
 void PictureTexture::upload(std::span<const std::uint8_t> pixels, std::uint32_t width, std::uint32_t height) {
     MOTE_CHECK(pixels.size() == 4ULL * width * height);
+    Window::noteTexture(handle());
     glBindTexture(GL_TEXTURE_2D, texture_);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     const auto w = static_cast<GLsizei>(width), h = static_cast<GLsizei>(height);
@@ -409,6 +546,7 @@ void PictureTexture::upload(std::span<const std::uint8_t> pixels, std::uint32_t 
 void PictureTexture::drawnInto(std::uint32_t width, std::uint32_t height) {
     const bool mixed = width != width_ || height != height_;
     if (std::exchange(mixed_, mixed) == mixed) return;
+    Window::noteTexture(handle());
     glBindTexture(GL_TEXTURE_2D, texture_);
     for (const auto which : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
         glTexParameteri(GL_TEXTURE_2D, which, mixed ? GL_LINEAR : GL_NEAREST);

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/view/changed_parts.h"
 #include "client/view/hand/steering.h"
 #include "protocol/scene/error.h"
 
@@ -32,6 +33,24 @@ class WindowError : public std::runtime_error {
 struct PressedKey {
     std::string chord;
     bool repeated = false;  ///< it stays down
+};
+
+/// PartCopy: shows a part of what was drawn and leaves the rest of the window as it is, by
+/// GLX_MESA_copy_sub_buffer. Only where a processor draws the window: a graphics card shows all of it sooner.
+class PartCopy {
+  public:
+    PartCopy() = default;
+    /// For the window whose context is current.
+    static PartCopy ofCurrentContext();
+    bool exists() const { return copy_ != nullptr; }
+    /// `height` of the window, pixels.
+    void show(const WindowPart& part, int height) const;
+
+  private:
+    using Copy = void (*)(void* display, unsigned long drawable, int x, int y, int width, int height);
+    Copy copy_ = nullptr;
+    void* display_ = nullptr;
+    unsigned long drawable_ = 0;
 };
 
 class Window {
@@ -62,10 +81,13 @@ class Window {
     /// Gamepads and 3D mice, as they are now; none while they are not used. They wake a waiting beginFrame.
     Devices devices() const;
     void useDevices(bool used);
-    /// Draws the user interface into the back buffer.
+    /// Draws the user interface into the back buffer; of a window that a processor draws, what is not as in
+    /// the frame before.
     void drawFrame();
     /// Shows what was drawn.
     void presentFrame();
+    /// A texture of the user interface has other pixels.
+    static void noteTexture(void* texture);
     /// Wakes a waiting beginFrame, if a window is open; any thread.
     static void wake();
 
@@ -73,16 +95,18 @@ class Window {
     int framebufferHeight() const;  ///< pixels
     /// Pixels to a screen coordinate, more than 1 on dense displays.
     float contentScale() const;
-    /// What was drawn, RGB, row 0 on top. Between drawFrame and presentFrame: what a window system keeps of a
-    /// shown frame cannot be relied on.
-    std::vector<std::uint8_t> readPixels() const;
+    /// The window as it is drawn, RGB, row 0 on top. Between drawFrame and presentFrame: what a window system
+    /// keeps of a shown frame cannot be relied on.
+    std::vector<std::uint8_t> readPixels();
 
   private:
     static void onKey(GLFWwindow* window, int key, int scancode, int action, int mods);
     static void onLetter(GLFWwindow* window, unsigned codepoint);
+    static void onEnter(GLFWwindow* window, int entered);
     static void onMove(GLFWwindow* window, double x, double y);
     static void onButton(GLFWwindow* window, int button, int action, int mods);
     static void onDevice(int device, int event);
+    static void onExposed(GLFWwindow* window);
 
     /// A key, or a letter that was typed (then `letter` is not 0).
     struct KeyEvent {
@@ -97,6 +121,7 @@ class Window {
         float x, y;
     };
 
+    void drawPart(const WindowPart& part) const;
     bool waitForInput(std::optional<double> seconds);
     bool waitBesideDevices(std::optional<double> seconds);
     /// One button changes in a frame, in the place where it did: a long frame makes no other of it.
@@ -105,6 +130,9 @@ class Window {
     void pour(const KeyEvent& event);
 
     GLFWwindow* window_ = nullptr;
+    ChangedParts changes_;
+    std::optional<std::vector<WindowPart>> drawn_;  // parts of this frame; null: all of it
+    PartCopy partCopy_;
     std::deque<KeyEvent> events_;  // that no frame had yet
     int held_ = 0;                 // frames
     std::vector<PressedKey> keys_;
@@ -112,6 +140,7 @@ class Window {
     bool usesDevices_ = true;
     std::vector<int> pads_, pucks_;  // GLFW's numbers of those that are connected
     std::array<bool, 3> down_{};
+    bool isInside_ = false;
     float pointerX_ = 0.0F, pointerY_ = 0.0F;  // as the window system told it last
     std::array<int, 4> place_{};  // of a window that fills the screen, before: x, y, width, height
 };

@@ -401,6 +401,48 @@ class Desk(DeskCase):
         viewer.key("Right")  # and it wakes
         viewer.shows(lambda view: view["layers"][0].get("step") == 1)
 
+    def test_91_what_changes_is_drawn_as_all_is(self):
+        viewer = self.beam()
+        chance = random.Random(5)
+
+        def resting():
+            """The window, once it stays as it is."""
+            before = None
+            def same():
+                nonlocal before
+                time.sleep(0.3)
+                seen = viewer.picture().copy()
+                seen[52:112, PANEL:] = 0  # numbers of the line
+                stays, before = before is not None and numpy.array_equal(seen, before), seen
+                return stays
+            viewer.until(same, "rest")
+            return before
+
+        for _ in range(12):
+            for _ in range(5):
+                what = chance.randrange(6)
+                if what == 0:
+                    viewer.key(chance.choice(["Right", "x", "o", "?", "d", "n", "g", "c", "Tab", "ctrl+2", "ctrl+1"]))
+                elif what == 1:
+                    viewer.wheel(chance.choice([400, 1100]), 400, chance.choice([-2, 2]))
+                elif what == 2:
+                    begin = chance.randrange(100, 1200), chance.randrange(100, 600)
+                    viewer.drag(begin, (begin[0] + chance.randrange(-60, 60), begin[1] + 20), steps=3)
+                elif what == 3:
+                    viewer.click(chance.randrange(PANEL + 10, 1250), chance.randrange(145, 700))
+                else:
+                    viewer.move(chance.randrange(1280), chance.randrange(720))
+            viewer.key("Escape")
+            viewer.key("Escape")
+            parts = resting()
+            viewer.display.expose()
+            viewer.until(lambda: viewer.picture()[700:, PANEL:].any(), "the window again")
+            whole = resting()
+            if not numpy.array_equal(parts, whole):
+                viewer.keep("failed.png")
+                at = numpy.argwhere((parts != whole).any(2))
+                self.fail(f"{len(at)} pixels from {at.min(0)} to {at.max(0)} differ; see {viewer.folder}/failed.png")
+
     def test_39_the_pointer_says_what_a_control_does(self):
         viewer = self.beam()
         viewer.move(*viewer.see("?", within=(1195, 0, 1230, 40), least=0.7))

@@ -54,6 +54,8 @@ class Display:
         self.x11.XQueryTree.argtypes = [ctypes.c_void_p, ctypes.c_ulong] + [ctypes.c_void_p] * 4
         self.x11.XSendEvent.argtypes = [ctypes.c_void_p, ctypes.c_ulong, ctypes.c_int, ctypes.c_long, ctypes.c_void_p]
         self.x11.XSync.argtypes = [ctypes.c_void_p, ctypes.c_int]
+        self.x11.XGetGeometry.argtypes = [ctypes.c_void_p, ctypes.c_ulong] + [ctypes.c_void_p] * 7
+        self.x11.XClearArea.argtypes = [ctypes.c_void_p, ctypes.c_ulong] + [ctypes.c_int] * 5
         for call in ("XTestFakeKeyEvent", "XTestFakeButtonEvent"):
             getattr(self.xtst, call).argtypes = [ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_ulong]
         self.xtst.XTestFakeMotionEvent.argtypes = [ctypes.c_void_p] + [ctypes.c_int] * 3 + [ctypes.c_ulong]
@@ -95,6 +97,15 @@ class Display:
     def resize(self, width, height):
         for window in self._windows():
             self.x11.XResizeWindow(ctypes.c_void_p(self.handle), ctypes.c_ulong(window), width, height)
+        self._sync()
+
+    def expose(self):
+        """Blackens each window and tells it that it is to be drawn again, as after another one before it."""
+        numbers = [ctypes.c_ulong()] + [ctypes.c_uint() for _ in range(6)]  # the last is the depth; 0: not to be seen
+        for window in self._windows():
+            self.x11.XGetGeometry(self.handle, window, *map(ctypes.byref, numbers))
+            if numbers[-1].value > 0:
+                self.x11.XClearArea(self.handle, window, 0, 0, 0, 0, 1)
         self._sync()
 
     def key(self, name, down):
