@@ -3,6 +3,7 @@
 // What drawings as a whole are held to, in the default style and from anywhere: outer contours without a gap,
 // no crumbs, hatches that follow the curvature of surfaces whose curvature is known. The oracles share no
 // code with what is drawn: pixels are found by trying all triangles, curvature by differences of a formula.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -188,6 +189,8 @@ TEST(DrawingBars, OuterContoursAreWholeFromAnywhere) {
                 gaps += gapsOf(SeenByTrial(surface->mesh(), plan), drawingOf(surface, style, plan), width,
                                height);
             }
+            RecordProperty(fmt::format("percentOfForm{}{}", form, exact ? "" : "InMotion"),
+                           fmt::format("{:.4f}", 100.0 * gaps.without / gaps.contour));
             EXPECT_GT(gaps.contour, 500.0);
             EXPECT_LE(gaps.without, 0.002 * gaps.contour) << "form " << form << ", exact " << exact;
         }
@@ -238,6 +241,7 @@ TEST(DrawingBars, ThereAreNoCrumbs) {
             all.alone += one.alone;
         }
     }
+    RecordProperty("percentOfStrokes", fmt::format("{:.4f}", 100.0 * all.alone / all.strokes));
     EXPECT_GT(all.strokes, 3000.0);
     EXPECT_LE(all.alone, 0.001 * all.strokes) << all.alone << " of " << all.strokes;
 }
@@ -411,6 +415,7 @@ TEST(DrawingBars, HatchesFollowTheCurvature) {
             all.sum += one.sum;
             all.far += one.far;
         }
+        RecordProperty(fmt::format("degreesOf_{}", formula.name), fmt::format("{:.2f}", all.mean()));
         EXPECT_GT(all.length, 5000.0);
         EXPECT_LT(all.mean(), 5.0) << formula.name;
         EXPECT_LT(all.far, 0.05 * all.length) << formula.name;
