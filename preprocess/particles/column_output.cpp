@@ -89,6 +89,86 @@ struct Entry {
     bool operator<(const Entry& other) const { return id != other.id ? id < other.id : point < other.point; }
 };
 
+struct IdRange {
+    std::uint64_t least = std::numeric_limits<std::uint64_t>::max(), greatest = 0;
+
+    void add(std::span<const std::uint64_t> ids) {
+        if (ids.empty()) return;
+        const auto [low, high] = std::ranges::minmax(ids);
+        add({low, high});
+    }
+    void add(const IdRange& other) {
+        least = std::min(least, other.least);
+        greatest = std::max(greatest, other.greatest);
+    }
+};
+
+/// Where ids are little further apart than they are many, and none is twice, each has a place of its own in a
+/// table, which then holds the points in their order.
+class IdTable {
+  public:
+    /// None where ids are further apart, or where there are more than `mostBytes` to hold. `ids`: all ids
+    /// that are added are in it.
+    static Result<std::optional<IdTable>> make(const IdRange& ids, std::uint64_t points,
+                                               std::uint64_t mostBytes,
+                                               const std::shared_ptr<StoreMemory>& stores) {
+        constexpr std::uint64_t slotsEach = 2;
+        const std::uint64_t last = ids.greatest - ids.least;
+        if (ids.greatest < ids.least || last / slotsEach >= points ||
+            (last + 1) * sizeof(std::uint32_t) > mostBytes)
+            return std::optional<IdTable>();
+        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory((last + 1) * sizeof(std::uint32_t), stores));
+        return std::optional<IdTable>(IdTable(ids.least, last + 1, std::move(store)));
+    }
+
+    /// Ids of points that follow each other. Any thread.
+    void add(std::uint64_t point, std::span<const std::uint64_t> ids) {
+        // The same id may come to two threads at once; that it did shows in the number of places taken.
+        for (const auto id : ids) {
+            std::atomic_ref(table_[id - least_])
+                .store(static_cast<std::uint32_t>(point++), std::memory_order_relaxed);
+        }
+    }
+
+    /// The index; called once. Returns whether no id was twice; else nothing is written.
+    Result<bool> write(const storage::ArrayFileWriter& file, const IdArrays& arrays,
+                       const Progress& progress) {
+        std::vector<std::uint64_t> begin(parts() + 1);
+        tbb::parallel_for(std::uint64_t{0}, parts(), [&](std::uint64_t part) {
+            const auto of = partOf(part);
+            begin[part + 1] = of.size() - static_cast<std::uint64_t>(std::ranges::count(of, nothing));
+        });
+        std::inclusive_scan(begin.begin(), begin.end(), begin.begin());
+        if (begin.back() != arrays.points) return false;
+        MOTE_RETURN_IF_ERROR(inParallel(parts(), [&](std::uint64_t part) -> Status {
+            if (progress.cancelled()) return wasCancelled();
+            const auto of = partOf(part);
+            const auto end = std::ranges::remove(of, nothing).begin();
+            return file.write(arrays.index, begin[part] * sizeof(std::uint32_t),
+                              std::as_bytes(std::span(of.begin(), end)));
+        }));
+        return true;
+    }
+
+  private:
+    IdTable(std::uint64_t least, std::uint64_t places, RecordStore store)
+        : least_(least), store_(std::move(store)), table_(store_.room<std::uint32_t>(0, places)) {
+        tbb::parallel_for(std::uint64_t{0}, parts(),
+                          [&](std::uint64_t part) { std::ranges::fill(partOf(part), nothing); });
+    }
+
+    std::uint64_t parts() const { return (table_.size() + idsAtOnce - 1) / idsAtOnce; }
+    std::span<std::uint32_t> partOf(std::uint64_t part) const {
+        const std::uint64_t first = part * idsAtOnce;
+        return table_.subspan(first, std::min(idsAtOnce, table_.size() - first));
+    }
+
+    std::uint64_t least_;
+    RecordStore store_;
+    std::span<std::uint32_t> table_;
+};
+
+/// The index of ids that lie in the file, where they did not go into a table on their way there.
 class IndexWriter {
   public:
     IndexWriter(const storage::ArrayFileWriter& file, const IdArrays& arrays, const ColumnsRequest& request)
@@ -106,44 +186,13 @@ class IndexWriter {
     }
 
   private:
-    /// Where ids are little further apart than they are many, and none is twice, each has a place of its own
-    /// in a table, which then holds the points in their order. Returns whether it was so.
     Result<bool> writeDense() {
-        constexpr std::uint64_t slotsEach = 2;
-        const std::uint64_t last = greatest_ - least_;
-        if (last / slotsEach >= arrays_.points || (last + 1) * sizeof(std::uint32_t) > mostBytes_)
-            return false;
-        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory((last + 1) * sizeof(std::uint32_t), stores_));
-        const auto table = store.room<std::uint32_t>(0, last + 1);
-        const std::uint64_t parts = (table.size() + idsAtOnce - 1) / idsAtOnce;
-        const auto partOf = [&](std::uint64_t part) {
-            const std::uint64_t first = part * idsAtOnce;
-            return table.subspan(first, std::min(idsAtOnce, table.size() - first));
-        };
-        tbb::parallel_for(std::uint64_t{0}, parts,
-                          [&](std::uint64_t part) { std::ranges::fill(partOf(part), nothing); });
-        MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t point, std::span<const std::uint64_t> ids) {
-            // The same id may come to two threads at once; that it did shows in the number of places taken.
-            for (const auto id : ids) {
-                std::atomic_ref(table[id - least_])
-                    .store(static_cast<std::uint32_t>(point++), std::memory_order_relaxed);
-            }
-        }));
-        std::vector<std::uint64_t> begin(parts + 1);
-        tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
-            const auto of = partOf(part);
-            begin[part + 1] = of.size() - static_cast<std::uint64_t>(std::ranges::count(of, nothing));
-        });
-        std::inclusive_scan(begin.begin(), begin.end(), begin.begin());
-        if (begin.back() != arrays_.points) return false;
-        MOTE_RETURN_IF_ERROR(inParallel(parts, [&](std::uint64_t part) -> Status {
-            if (progress_.cancelled()) return wasCancelled();
-            const auto of = partOf(part);
-            const auto end = std::ranges::remove(of, nothing).begin();
-            return file_.write(arrays_.index, begin[part] * sizeof(std::uint32_t),
-                               std::as_bytes(std::span(of.begin(), end)));
-        }));
-        return true;
+        MOTE_ASSIGN_OR_RETURN(auto table,
+                              IdTable::make({least_, greatest_}, arrays_.points, mostBytes_, stores_));
+        if (!table) return false;
+        MOTE_RETURN_IF_ERROR(forEachPart(
+            [&](std::uint64_t point, std::span<const std::uint64_t> ids) { table->add(point, ids); }));
+        return table->write(file_, arrays_, progress_);
     }
 
     /// By buckets of ids, as many at once as the memory holds.
@@ -180,14 +229,15 @@ class IndexWriter {
 
     Status findRange() {
         std::mutex mutex;
-        greatest_ = 0;
-        least_ = std::numeric_limits<std::uint64_t>::max();
+        IdRange all;
         MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t, std::span<const std::uint64_t> ids) {
-            const auto [low, high] = std::ranges::minmax(ids);
+            IdRange part;
+            part.add(ids);
             const std::lock_guard lock(mutex);
-            least_ = std::min(least_, low);
-            greatest_ = std::max(greatest_, high);
+            all.add(part);
         }));
+        least_ = all.least;
+        greatest_ = all.greatest;
         const auto bits = static_cast<unsigned>(std::bit_width(greatest_ - least_));
         shift_ = bits > bucketBits ? bits - bucketBits : 0;
         return success();
@@ -329,7 +379,7 @@ class Output {
         MOTE_RETURN_IF_ERROR(agree(ranks_, writeMine()));
         MOTE_RETURN_IF_ERROR(shareExtents());
         if (request_.kept->ids)
-            MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writeIndex() : success()));
+            MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() && !indexed_ ? writeIndex() : success()));
         WrittenColumns written;
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish(written) : success()));
         written.codings = codings_;
@@ -386,6 +436,7 @@ class Output {
         if (!file_) take(ArrayFileWriter::open(request_.directory, request_.name, layout, all.front()));
         // Who looks at the plot reads the step; columns are as large again, and mostly for later.
         if (file_) file_->passCache();
+        if (file_ && alone()) file_->hashAhead([this] { return request_.progress->cancelled(); });
         return agree(ranks_, status);
     }
 
@@ -460,21 +511,41 @@ class Output {
         return moveRows<T>({wanted.begin(), wanted.end()}, arrays, fill);
     }
 
+    bool alone() const { return ranks_.size() == 1; }
+
     Status writeIds() {
-        const auto fill = [](std::uint64_t begin, RecordStore& store) {
-            return [&store, begin](const ParticleChunk& chunk) {
-                std::ranges::copy_n(chunk.id.begin(), static_cast<std::ptrdiff_t>(chunk.size),
-                                    store.room<std::uint64_t>(chunk.begin - begin, chunk.size).begin());
+        std::mutex mutex;
+        IdRange range;
+        const auto fill = [&](std::uint64_t begin, RecordStore& store) {
+            return [&, begin](const ParticleChunk& chunk) {
+                const auto ids = std::span(chunk.id).first(chunk.size);
+                std::ranges::copy(ids, store.room<std::uint64_t>(chunk.begin - begin, chunk.size).begin());
+                IdRange part;
+                part.add(ids);
+                const std::lock_guard lock(mutex);
+                range.add(part);
             };
         };
-        return moveRows<std::uint64_t>({Column::id}, {columns_.size()}, fill);
+        // All ids at once: on the way to their points each goes to its place in the index, too.
+        const std::uint64_t held = rows_ * sizeof(std::uint64_t), most = request_.memory / 4 * 3;
+        const auto filled = [&]() -> Status {
+            if (!alone() || held > most) return success();
+            MOTE_ASSIGN_OR_RETURN(idTable_,
+                                  IdTable::make(range, request_.pointCount, most - held, request_.stores));
+            return success();
+        };
+        MOTE_RETURN_IF_ERROR(moveRows<std::uint64_t>({Column::id}, {columns_.size()}, fill, filled));
+        if (!idTable_) return success();
+        MOTE_ASSIGN_OR_RETURN(indexed_, idTable_->write(*file_, idArrays(), *request_.progress));
+        idTable_.reset();
+        return success();
     }
 
     /// Reads records of `arrays.size()` values a row by the chunks that `fill` takes, and writes them in the
-    /// order of the points.
+    /// order of the points. `filled`: called between the two.
     template <class T, class Fill>
     Status moveRows(const std::vector<Column>& wanted, const std::vector<std::size_t>& arrays,
-                    const Fill& fill) {
+                    const Fill& fill, const std::function<Status()>& filled = {}) {
         const std::uint64_t recordBytes = sizeof(T) * arrays.size();
         const std::uint64_t together = rowsFor(recordBytes);
         MOTE_ASSIGN_OR_RETURN(
@@ -483,9 +554,11 @@ class Output {
             const std::uint64_t end = std::min(rows_, begin + together);
             MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, begin, end, wanted,
                                               *request_.progress, fill(begin, store)));
+            if (filled) MOTE_RETURN_IF_ERROR(filled());
             MOTE_RETURN_IF_ERROR(gather<T>(store, begin, end, arrays));
             if (end == rows_) request_.writeback->begin(request_.directory / (request_.name + ".h5"));
         }
+        for (const auto array : arrays) file_->complete(array);
         return success();
     }
 
@@ -538,6 +611,9 @@ class Output {
                 if (end == rows_) addExtent(arrays[i], mine);
             }
         }
+        if constexpr (std::is_same_v<T, std::uint64_t>) {
+            if (idTable_) idTable_->add(first, values);
+        }
         return success();
     }
 
@@ -560,10 +636,9 @@ class Output {
         return success();
     }
 
-    Status writeIndex() {
-        return IndexWriter(*file_, {columns_.size(), columns_.size() + 1, request_.pointCount}, request_)
-            .run();
-    }
+    Status writeIndex() { return IndexWriter(*file_, idArrays(), request_).run(); }
+
+    IdArrays idArrays() const { return {columns_.size(), columns_.size() + 1, request_.pointCount}; }
 
     const ColumnsRequest& request_;
     const std::vector<KeptColumn>& columns_;
@@ -571,7 +646,9 @@ class Output {
     const std::uint64_t rows_;
     std::vector<ColumnCoding> codings_;
     std::mutex extentMutex_;
-    std::vector<Extent> extents_;  ///< under it while parts are gathered
+    std::vector<Extent> extents_;     ///< under it while parts are gathered
+    std::optional<IdTable> idTable_;  ///< while ids are gathered
+    bool indexed_ = false;            ///< whether it became the index
     std::optional<ArrayFileWriter> file_;
 };
 

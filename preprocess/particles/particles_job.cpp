@@ -438,7 +438,9 @@ class Job {
         output.attributes.totalWeight = built.octree.totalWeight;
         output.ranks = &ranks_;
         output.cancelled = [this] { return progress_.cancelled(); };
-        output.complete = [&] { return takeFile(entry.file()); };
+        // The disk gets the file while it is hashed, so that publishing need not wait.
+        output.written = [&] { writeback_.begin(dataset_->directory() / entry.file()); };
+        output.complete = [&](auto hash) { return takeFile(entry.file(), std::move(hash)); };
         MOTE_ASSIGN_OR_RETURN(const auto places, writeBuiltStep(built, output));
         places_.push_back(places);
         return ranks_.first() ? dataset_->writer().add(entry.digest(), output.cancelled) : success();
@@ -537,10 +539,11 @@ class Job {
         }
     }
 
-    /// Hashes the file; the disk gets it meanwhile, so that publishing need not wait.
-    Status takeFile(const std::string& name) {
-        writeback_.begin(dataset_->directory() / name);
-        return dataset_->writer().add(name, [this] { return progress_.cancelled(); });
+    /// Hashes the file unless that was done.
+    Status takeFile(const std::string& name, std::optional<storage::FileHash> hash) {
+        if (!hash) return dataset_->writer().add(name, [this] { return progress_.cancelled(); });
+        dataset_->writer().add(name, *std::move(hash));
+        return success();
     }
 
     /// What is known only after the last step: the scale of densities, and with it each step's histogram,

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "preprocess/particles/octree.h"
 #include "preprocess/particles/record_store.h"
 #include "preprocess/particles/step_reader.h"
+#include "storage/hash.h"
 #include "storage/particles/step_file.h"
 
 namespace mote::prep {
@@ -62,8 +64,10 @@ struct StepOutput {
     storage::StepAttributes attributes;
     Communicator* ranks = nullptr;
     std::function<bool()> cancelled;
-    /// Called by rank 0 when the file is complete, while the others still read it.
-    std::function<Status()> complete;
+    /// Called by rank 0 when all is written; the file's hash is found then, which is handed to `complete`.
+    std::function<void()> written;
+    /// Called by rank 0, with the hash unless it is to be found there while the other ranks read the file.
+    std::function<Status(std::optional<storage::FileHash>)> complete;
 };
 
 /// Makes NAME.h5 and NAME.digest; returns where the arrays lie in it. Errors: resourceExhausted (disk full),

@@ -354,17 +354,26 @@ class StepFiles {
                           [&](std::size_t i) { return i % size == rank ? parts[i]() : success(); });
     }
 
-    /// Blocks by all ranks but the first, which meanwhile looks at the whole file.
     Status hash() {
+        if (ranks_.first()) output_.written();
+        if (ranks_.size() > 1) return hashShared();
+        MOTE_ASSIGN_OR_RETURN(auto hashes, file_->hashes(output_.cancelled));
+        MOTE_RETURN_IF_ERROR(output_.complete(std::move(hashes.whole)));
+        return writeDigest({hashes.blocks});
+    }
+
+    /// Blocks by all ranks but the first, which meanwhile looks at the whole file.
+    Status hashShared() {
         const std::uint64_t blocks = file_->blockCount();
-        const auto size = static_cast<std::uint64_t>(ranks_.size());
+        const auto others = static_cast<std::uint64_t>(ranks_.size()) - 1;
         const auto rank = static_cast<std::uint64_t>(ranks_.rank());
-        const std::uint64_t begin = size == 1 ? 0 : rank == 0 ? 0 : blocks * (rank - 1) / (size - 1);
-        const std::uint64_t end = size == 1 ? blocks : blocks * rank / std::max<std::uint64_t>(1, size - 1);
+        const std::uint64_t begin = rank == 0 ? 0 : blocks * (rank - 1) / others;
+        const std::uint64_t end = blocks * rank / others;
         Result<std::vector<std::uint64_t>> mine(std::vector<std::uint64_t>{});
         Status complete = success();
-        tbb::parallel_invoke([&] { mine = hashBlocks(begin, end); },
-                             [&] { complete = ranks_.first() ? output_.complete() : file_->sync(); });
+        tbb::parallel_invoke(
+            [&] { mine = hashBlocks(begin, end); },
+            [&] { complete = ranks_.first() ? output_.complete(std::nullopt) : file_->sync(); });
         MOTE_RETURN_IF_ERROR(agree(ranks_, mine.ok() ? complete : Status(mine.error())));
         MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::uint64_t>(ranks_, *mine));
         return agree(ranks_, ranks_.first() ? writeDigest(all) : success());

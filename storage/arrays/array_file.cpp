@@ -3,13 +3,9 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_pipeline.h>
-#include <oneapi/tbb/task_arena.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <numeric>
 #include <optional>
 
 #include "protocol/mote.pb.h"
@@ -176,99 +172,24 @@ Status ArrayFileWriter::read(std::size_t array, std::uint64_t at, std::span<std:
     return readAt(file_.get(), place.offset + at, bytes, path_, cache_);
 }
 
-/// One pass over a whole file: its blocks are hashed as they come, and behind them the file in its order.
-class ArrayFileWriter::HashPass {
-  public:
-    HashPass(const ArrayFileWriter& file, const std::function<bool()>& cancelled)
-        : file_(file), cancelled_(cancelled) {
-        for (const auto& place : file.places_)
-            blocks_.emplace_back((place.bytes + blockBytes - 1) / blockBytes);
-    }
+HashPass::File ArrayFileWriter::forHashes() const {
+    return {file_.get(), path_, places_, cache_};
+}
 
-    Result<FileHash> run() {
-        struct stat status {};
-        if (::fstat(file_.file_.get(), &status) != 0)
-            return systemError(errno, file_.path_.string(), "cannot be read");
-        cut(static_cast<std::uint64_t>(status.st_size));
-        const auto together = 2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-        // Pieces leave in their order, so that of those under way no two have the same buffer.
-        std::vector<std::vector<std::byte>> buffers(together);
-        std::vector<Status> read(pieces_.size(), success());
-        FileHasher whole;
-        std::size_t next = 0;
-        bool stopped = false;
-        const auto take = [&](tbb::flow_control& control) -> std::size_t {
-            stopped = stopped || (cancelled_ && cancelled_());
-            if (next == pieces_.size() || stopped) control.stop();
-            return next == pieces_.size() || stopped ? 0 : next++;
-        };
-        const auto hash = [&](std::size_t i) {
-            buffers[i % together].resize(pieces_[i].bytes);
-            read[i] = hashBlocks(pieces_[i], buffers[i % together]);
-            return i;
-        };
-        const auto end = [&](std::size_t i) { whole.add(buffers[i % together]); };
-        tbb::parallel_pipeline(
-            together, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, take) &
-                          tbb::make_filter<std::size_t, std::size_t>(tbb::filter_mode::parallel, hash) &
-                          tbb::make_filter<std::size_t, void>(tbb::filter_mode::serial_in_order, end));
-        if (stopped) return Error{ErrorCode::cancelled, file_.path_.string(), "cancelled"};
-        for (const auto& one : read) MOTE_RETURN_IF_ERROR(one);
-        return whole.hash();
-    }
+void ArrayFileWriter::hashAhead(std::function<bool()> cancelled) {
+    pass_ = std::make_unique<HashPass>(forHashes(), std::move(cancelled));
+    pass_->begin();
+}
 
-    const std::vector<std::uint64_t>& blocks(std::size_t array) const { return blocks_[array]; }
-
-  private:
-    /// Some whole blocks of an array, or what lies between arrays.
-    struct Piece {
-        std::uint64_t offset, bytes;
-        std::optional<std::size_t> array;
-        std::size_t firstBlock;
-    };
-
-    void cut(std::uint64_t size) {
-        std::vector<std::size_t> order(blocks_.size());
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        std::ranges::sort(order, {}, [&](std::size_t i) { return file_.places_[i].offset; });
-        std::uint64_t at = 0;
-        for (const auto i : order) {
-            const auto& place = file_.places_[i];
-            if (place.bytes == 0) continue;
-            cut(at, place.offset, std::nullopt);
-            at = place.offset + place.bytes;
-            cut(place.offset, at, i);
-        }
-        cut(at, size, std::nullopt);
-    }
-
-    void cut(std::uint64_t begin, std::uint64_t end, std::optional<std::size_t> array) {
-        constexpr std::uint64_t most = 4 * blockBytes;
-        for (std::uint64_t at = begin; at < end; at += most) {
-            pieces_.push_back(
-                {at, std::min(most, end - at), array, static_cast<std::size_t>((at - begin) / blockBytes)});
-        }
-    }
-
-    Status hashBlocks(const Piece& piece, std::span<std::byte> bytes) {
-        MOTE_RETURN_IF_ERROR(readAt(file_.file_.get(), piece.offset, bytes, file_.path_, file_.cache_));
-        for (std::size_t at = 0, block = piece.firstBlock; piece.array && at < bytes.size();
-             at += blockBytes, ++block) {
-            blocks_[*piece.array][block] =
-                hashBlock(bytes.subspan(at, std::min<std::size_t>(blockBytes, bytes.size() - at)));
-        }
-        return success();
-    }
-
-    const ArrayFileWriter& file_;
-    const std::function<bool()>& cancelled_;
-    std::vector<Piece> pieces_;
-    std::vector<std::vector<std::uint64_t>> blocks_;  ///< hashes by array
-};
+void ArrayFileWriter::complete(std::size_t array) const {
+    if (pass_) pass_->complete(array);
+}
 
 Result<FileHash> ArrayFileWriter::finish(const std::function<bool()>& cancelled) const {
-    HashPass pass(*this, cancelled);
-    MOTE_ASSIGN_OR_RETURN(auto whole, pass.run());
+    std::optional<HashPass> own;
+    if (!pass_) own.emplace(forHashes(), cancelled);
+    auto& pass = pass_ ? *pass_ : *own;
+    MOTE_ASSIGN_OR_RETURN(auto whole, pass.finish());
     proto::Digest digest;
     for (std::size_t i = 0; i < places_.size(); ++i) {
         auto& array = *digest.add_arrays();

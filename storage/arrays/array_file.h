@@ -16,6 +16,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/arrays/hash_pass.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/blocks/mapped_file.h"
 #include "storage/blocks/verified_array.h"
@@ -139,8 +140,14 @@ class ArrayFileWriter {
     /// Nothing that is written or read from now on is kept in the system's cache.
     void passCache() { cache_ = PageCache::passed; }
 
+    /// From now on arrays are read back for finish(), by a thread of their own, as complete() is called of
+    /// them. `cancelled` is asked from that thread, too.
+    void hashAhead(std::function<bool()> cancelled);
+    /// All of an array is written, by its index in the layout. One thread at a time.
+    void complete(std::size_t array) const;
+
     /// Reads back what is in the file, once, writes the digest of it, and returns the hash of the whole. Uses
-    /// all threads of the calling arena. Errors: resourceExhausted, internal, cancelled.
+    /// all threads of the calling arena. Called once. Errors: resourceExhausted, internal, cancelled.
     Result<FileHash> finish(const std::function<bool()>& cancelled = {}) const;
 
   private:
@@ -150,13 +157,14 @@ class ArrayFileWriter {
           layout_(std::move(layout)),
           places_(std::move(places)),
           file_(std::move(file)) {}
-    class HashPass;
+    HashPass::File forHashes() const;
 
     std::filesystem::path path_;
     FileLayout layout_;
     std::vector<ArrayPlace> places_;
     FileDescriptor file_;
     PageCache cache_ = PageCache::kept;
+    std::unique_ptr<HashPass> pass_;  ///< once hashAhead() was called; ends before the file is closed
 };
 
 }  // namespace mote::storage

@@ -9,9 +9,9 @@
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
+#include "storage/arrays/hash_pass.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/dataset_file.h"
-#include "storage/hash.h"
 
 namespace mote::storage {
 namespace {
@@ -135,6 +135,17 @@ Result<std::vector<std::uint64_t>> StepFile::hashBlocks(std::uint64_t begin, std
             hashes.push_back(hashBlock(bytes));
         }
         first = last;
+    }
+    return hashes;
+}
+
+Result<StepFile::Hashes> StepFile::hashes(const std::function<bool()>& cancelled) const {
+    HashPass pass({file_.get(), path_, {places_.begin(), places_.end()}}, cancelled);
+    Hashes hashes;
+    MOTE_ASSIGN_OR_RETURN(hashes.whole, pass.finish());
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+        const auto& blocks = pass.blocks(i);
+        hashes.blocks.insert(hashes.blocks.end(), blocks.begin(), blocks.end());
     }
     return hashes;
 }

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "protocol/scene/error.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/hash.h"
 #include "storage/particles/step_layout.h"
 
 namespace mote::storage {
@@ -53,6 +55,14 @@ class StepFile {
     std::uint64_t blockCount() const;
     /// Hashes blocks [begin, end) of what was written, by whomever. Errors: internal.
     Result<std::vector<std::uint64_t>> hashBlocks(std::uint64_t begin, std::uint64_t end) const;
+
+    struct Hashes {
+        std::vector<std::uint64_t> blocks;  ///< all of them
+        FileHash whole;
+    };
+    /// Of what was written, by whomever, read back once, on all threads of the calling arena. `cancelled` is
+    /// asked from any of them. Errors: internal, cancelled.
+    Result<Hashes> hashes(const std::function<bool()>& cancelled) const;
 
     /// `blocks` are all of them.
     proto::Digest digest(const StepShape& shape, std::span<const std::uint64_t> blocks) const;
