@@ -38,6 +38,7 @@ endif()
 # The viewer loads what decodes H.264 where it is there; without it, pictures of thin lines come as JPEG.
 string(REGEX MATCH "^[0-9]+" avcodec "${AVCODEC_libavcodec_VERSION}")
 set(CPACK_DEBIAN_VIEW_PACKAGE_RECOMMENDS "libavcodec${avcodec}, fonts-dejavu-core, python3, openssh-client")
+set(CPACK_DEBIAN_VIEW_PACKAGE_SUGGESTS "fonts-noto-cjk | fonts-droid-fallback")
 set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "mote-view (= ${PROJECT_VERSION})")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
   "Mote in Python\n Pictures, numbers and jobs of a server, for scripts and notebooks.")

@@ -70,6 +70,12 @@ Viewer::Viewer(const ViewOptions& options)
     if (!window_) window_ = std::make_shared<Window>(options_.width, options_.height, "Mote");
     window_->setLight(isMarked(lightWindow));
     window_->useDevices(!isMarked(noDevices));
+    learnLetters(server_.catalogue);
+    for (std::size_t i = 0; i < panes_.size(); ++i) {
+        learnLetters(panes_[i].model.edited());
+        if (panes_[i].shown) learnLetters(*panes_[i].shown);
+    }
+    if (offered_) window_->letters().learn(offered_->subject);
     settling_ = settlingFrames;
 }
 
@@ -121,7 +127,13 @@ void Viewer::askAhead() {
     }
 }
 
+/// Before there is a window nothing is drawn: what was taken until then is learned when it opens.
+void Viewer::learnLetters(const google::protobuf::Message& of) {
+    if (window_) window_->letters().learn(of);
+}
+
 void Viewer::takeCatalogue(const proto::Catalogue& catalogue) {
+    learnLetters(catalogue);
     server_.catalogue = catalogue;
     film_.setCatalogue(catalogue);
     browser_.setCatalogue(catalogue);
@@ -141,6 +153,7 @@ void Viewer::askServer() {
     });
     connection_.watchJobs([this](Result<proto::Jobs> reply) {
         if (!reply.ok()) return say(reply.error().toString());
+        learnLetters(*reply);
         server_.jobs.assign(reply->jobs().begin(), reply->jobs().end());
         server_.allJobs = reply->total();
         jobsPaged_ = 0;
@@ -197,6 +210,7 @@ void Viewer::learnSteps(const Pane& of) {
 void Viewer::withDescription(const std::string& name, std::function<void(const proto::Description&)> take) {
     connection_.describe(name, [this, take = std::move(take)](Result<proto::Description> reply) {
         if (reply.ok()) {
+            learnLetters(*reply);
             film_.setDescription(*reply);
             return take(*reply);
         }
@@ -291,6 +305,7 @@ void Viewer::plot(const AxisNames& axes) {
 }
 
 void Viewer::replaceJob(const proto::JobStatus& job) {
+    learnLetters(job);
     auto& jobs = server_.jobs;
     const auto known =
         std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id() == job.id(); });
@@ -311,6 +326,7 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
 void Viewer::say(const std::string& message) {
     if (message.empty()) return;
     said_ = message;
+    if (window_) window_->letters().learn(message);
     notes_.add({message});
 }
 

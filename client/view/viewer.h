@@ -81,6 +81,7 @@ class Viewer {
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
     void takeCatalogue(const proto::Catalogue& catalogue);
+    void learnLetters(const google::protobuf::Message& of);
     void learnDatasets();
     void describeShown(Pane& of);
     /// Null: the server has none of this name.

@@ -586,6 +586,7 @@ void Viewer::showCameras(const std::optional<PaneCameras>& cameras) {
 
 void Viewer::keepSession() {
     if (!desk_.isStale() || moving_ || playback_.playing) return;
+    for (std::size_t i = 0; i < panes_.size(); ++i) learnLetters(panes_[i].model.edited());
     const auto kept = desk_.writeFile();
     if (!kept.ok()) notes_.add({"This session is not kept: " + kept.error().toString()});
 }

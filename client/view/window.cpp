@@ -97,13 +97,7 @@ void styleInterface(float scale, bool light) {
     style.ScaleAllSizes(scale);
 }
 
-void loadFont(float scale) {
-    ImGuiIO& io = ImGui::GetIO();
-    io.IniFilename = nullptr;  // the panel has one place; nothing to remember
-    // A readable font where the system has it; Dear ImGui's own bitmap font otherwise.
-    const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
-    if (std::filesystem::exists(font)) io.Fonts->AddFontFromFileTTF(font, 14.0F * scale);
-}
+constexpr float letterHeight = 14.0F;  // screen coordinates at a content scale of 1
 
 #if IMGUI_VERSION_NUM >= 18900
 /// All events of a frame are for this frame: what must wait for the next one, the window keeps itself.
@@ -218,7 +212,8 @@ Window::Window(int width, int height, const std::string& title) {
     glfwSwapInterval(1);
     ImGui::CreateContext();
     setLight(false);
-    loadFont(contentScale());
+    ImGui::GetIO().IniFilename = nullptr;  // the panel has one place; nothing to remember
+    letters_.build(letterHeight * contentScale());
     takeEventsAtOnce();
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 330 core");
@@ -322,6 +317,7 @@ void Window::pour(const KeyEvent& event) {
         keys_.push_back({chord, event.action == GLFW_REPEAT});
     };
     if (event.letter != 0) {
+        letters_.learn(static_cast<char32_t>(event.letter));
         constexpr std::string_view others = "?[]+-";
         ImGui_ImplGlfw_CharCallback(window_, event.letter);
         const bool plain = event.letter < 128 && others.find(static_cast<char>(event.letter)) != others.npos;
@@ -428,6 +424,12 @@ bool Window::waitBesideDevices(std::optional<double> seconds) {
 bool Window::beginFrame(std::optional<double> seconds) {
     const bool came = waitForInput(seconds);
     pourKeys();
+    if (letters_.isStale()) {
+        letters_.build(letterHeight * contentScale());
+        ImGui_ImplOpenGL3_DestroyFontsTexture();
+        ImGui_ImplOpenGL3_CreateFontsTexture();
+        changes_.forget();
+    }
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     pourButtons();

@@ -17,6 +17,7 @@
 
 #include "client/view/changed_parts.h"
 #include "client/view/hand/steering.h"
+#include "client/view/letters.h"
 #include "protocol/scene/error.h"
 
 struct GLFWwindow;
@@ -69,6 +70,8 @@ class Window {
     void toggleFullScreen();
     /// Dark letters on light ground, or the other way round.
     void setLight(bool light);
+    /// Letters that the user interface has from the next frame on.
+    Letters& letters() { return letters_; }
     /// Waits for input, at most so long, then starts a frame of the user interface. True if something came.
     bool beginFrame(std::optional<double> seconds);
     /// Keys that this frame has, in order: each tap is one, however long frames take. Where something is
@@ -130,6 +133,7 @@ class Window {
     void pour(const KeyEvent& event);
 
     GLFWwindow* window_ = nullptr;
+    Letters letters_;
     ChangedParts changes_;
     std::optional<std::vector<WindowPart>> drawn_;  // parts of this frame; null: all of it
     PartCopy partCopy_;

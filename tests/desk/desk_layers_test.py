@@ -46,6 +46,12 @@ class Layers(DeskCase):
         viewer.key("BackSpace")
         viewer.see("data/beam  particles")
 
+    def test_92_names_have_letters_of_other_scripts(self):
+        name = "Пучок αβγ"
+        path = self.saved("names.json", {"layers": [{"dataset": "data/beam", "name": name, "particles": {}}]})
+        viewer = self.beam("--view", path)
+        viewer.see(name, within=(PANEL, 300, 1280, 400), least=0.85)
+
     def test_88_depth_contrast_of_two_layers(self):
         viewer = self.beam()
         self.add(viewer, "data/magnet")
