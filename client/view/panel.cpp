@@ -323,6 +323,26 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
     if (scrolls) ImGui::EndChild();
 }
 
+/// The panel's left edge, which is dragged; a double click gives it its usual place again.
+void drawEdge(float width, float scale, PanelActions& actions) {
+    const ImVec2 display = ImGui::GetIO().DisplaySize, before = ImGui::GetCursorPos();
+    const ImVec2 corner{display.x - width * scale, 0.0F};
+    ImGui::SetCursorScreenPos(corner);
+    ImGui::PushClipRect(corner, display, false);  // within the padding, too
+    ImGui::InvisibleButton("edge", {5.0F * scale, display.y});
+    ImGui::PopClipRect();
+    if (ImGui::IsItemHovered() || ImGui::IsItemActive()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+    const bool usual = ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
+    if (usual || ImGui::IsItemActive()) {
+        const float most = std::max(0.75F * display.x / scale, leastPanelWidth);
+        const float dragged = (display.x - ImGui::GetIO().MousePos.x) / scale;
+        const bool moved = ImGui::IsMouseDragging(ImGuiMouseButton_Left);
+        if (usual || moved)
+            actions.panelWidth = usual ? panelWidth : std::clamp(dragged, leastPanelWidth, most);
+    }
+    ImGui::SetCursorPos(before);
+}
+
 /// Two sides of the panel, as tabs where the layer has numbers.
 void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, const PanesShown& panes,
                LayerPanel& layer) {
@@ -354,13 +374,14 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, const
 }  // namespace
 
 PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handles, const ServerState& server,
-                       const PanesShown& panes, float scale) {
+                       const PanesShown& panes, float scale, float width) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
-    ImGui::SetNextWindowSize({panelWidth * scale, display.y});
+    ImGui::SetNextWindowPos({display.x - width * scale, 0.0F});
+    ImGui::SetNextWindowSize({width * scale, display.y});
     ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration & ~ImGuiWindowFlags_NoScrollbar);
     ImGui::PushItemWidth(-95.0F * scale);
     PanelActions actions;
+    drawEdge(width, scale, actions);
     LayerPanel layer{server, model.step(), model.camera(1.0).eye, scale, model.background, actions};
     drawMenu(actions);
     drawConnection(server, actions);

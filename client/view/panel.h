@@ -19,11 +19,12 @@ struct PanesShown {
     Links links;
 };
 
-inline constexpr float panelWidth = 340.0F;  ///< screen coordinates at a content scale of 1
+/// The panel's, until its edge is dragged; screen coordinates at a content scale of 1, as its width always.
+inline constexpr float panelWidth = 340.0F, leastPanelWidth = 280.0F;
 
 /// Draws the panel at the right edge of the window, whose content scale is `scale` and which has so many
 /// panes: the model is the active one's.
 PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handles, const ServerState& server,
-                       const PanesShown& panes, float scale);
+                       const PanesShown& panes, float scale, float width = panelWidth);
 
 }  // namespace mote::client

@@ -35,6 +35,7 @@ struct PanelActions {
     bool moreJobs = false;                 ///< the next page of them
     std::string refused;                   ///< why what was typed is not taken
     std::optional<std::string> saveFilm;   ///< an id
+    std::optional<float> panelWidth;       ///< screen coordinates at a content scale of 1
 };
 
 void text(const std::string& line);

@@ -6,6 +6,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
@@ -66,6 +67,7 @@ Viewer::Viewer(const ViewOptions& options)
     listen();
     interactive_ = !options_.exitAfterStill && !options_.screenshot && !options_.saveView;
     if (interactive_) beginSession();
+    if (interactive_) readPanelWidth();
     if (loaded_.ok() && !filmShown_) askAhead();
     if (!window_) window_ = std::make_shared<Window>(options_.width, options_.height, "Mote");
     window_->setLight(isMarked(lightWindow));
@@ -579,6 +581,31 @@ void Viewer::askForBrush() {
     say(brush.takeRefusal());
 }
 
+namespace {
+
+std::filesystem::path panelWidthFile() {
+    return sessionFolder() / "panel-width";
+}
+
+}  // namespace
+
+void Viewer::readPanelWidth() {
+    float width = 0.0F;
+    std::ifstream in(panelWidthFile());
+    if (in >> width && width >= leastPanelWidth && width <= static_cast<float>(View::maxSide))
+        panelWidth_ = keptPanelWidth_ = width;
+}
+
+/// It is kept once it is let go.
+void Viewer::takePanelWidth(const PanelActions& actions) {
+    if (actions.panelWidth) panelWidth_ = *actions.panelWidth;
+    if (ImGui::IsAnyMouseDown() || panelWidth_ == keptPanelWidth_) return;
+    keptPanelWidth_ = panelWidth_;
+    std::error_code code;
+    std::filesystem::create_directories(sessionFolder(), code);
+    std::ofstream(panelWidthFile()) << panelWidth_ << '\n';
+}
+
 void Viewer::hearServer() {
     connection_.poll();
     panes_.pollFurther();
@@ -598,7 +625,12 @@ void Viewer::drawAll(const PictureArea& whole) {
     learnDatasets();
     refreshShown();
     const PanesShown shown{panes_.size(), panes_.links()};
-    if (panelShown_) apply(drawPanel(model(), numbers_, handles_, server_, shown, window_->contentScale()));
+    if (panelShown_) {
+        const auto actions =
+            drawPanel(model(), numbers_, handles_, server_, shown, window_->contentScale(), panelWidth_);
+        apply(actions);
+        takePanelWidth(actions);
+    }
     drawTime(whole);
     editFilm(whole);
     editNumbers(activeArea());

@@ -145,6 +145,8 @@ class Viewer {
 
     float filmHeight(float scale) const;
     float timeHeight(float scale) const;
+    void takePanelWidth(const PanelActions& actions);
+    void readPanelWidth();
     /// What all panes share, and that of the active one.
     PictureArea pictureArea() const;
     PictureArea areaWithin(glm::vec2 size, glm::vec2 density, float scale) const;
@@ -234,6 +236,8 @@ class Viewer {
     FilmEditor film_;
     Status loaded_ = success();
     bool panelShown_ = true, filmShown_ = false;
+    float panelWidth_ = panelWidth,
+          keptPanelWidth_ = panelWidth;                        // the second as it is kept for the next time
     bool moving_ = false;                                      // a gesture is under way
     std::string awaitedDataset_;                               // a plot that a job of ours makes
     std::map<std::uint64_t, std::filesystem::path> pictures_;  // to be saved, by the view that was asked for

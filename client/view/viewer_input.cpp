@@ -25,6 +25,16 @@
 #include "protocol/scene/view.h"
 
 namespace mote::client {
+namespace {
+
+/// As a shell reads it, which ends at a quote.
+std::string shellWord(std::string_view word) {
+    std::string text = "'";
+    for (const char letter : word) text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+    return text + "'";
+}
+
+}  // namespace
 
 Status Viewer::openView(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(auto saved, readSavedView(path));
@@ -126,11 +136,14 @@ void Viewer::copyCommand() {
     const auto path = freshPath(sessionFolder() / "views" / "view.json");
     std::error_code code;
     std::filesystem::create_directories(path.parent_path(), code);
-    const auto kept = saveJson(path, model().view(area.columns, area.rows), SameName::stays);
+    auto view = model().view(area.columns, area.rows);
+    leaveOutMissing(view);
+    if (panes_.size() > 1 && view.has_annotations()) keepLettersReadable(view, area);
+    const auto kept = saveJson(path, view, SameName::stays);
     if (!kept.ok()) return say(kept.error().toString());
-    auto command = fmt::format("mote-frames '{}'", path.string());
-    if (options_.spawn.empty()) command += fmt::format(" --connect '{}'", options_.connection.string());
-    for (const auto& root : options_.spawn) command += fmt::format(" --spawn '{}'", root);
+    auto command = fmt::format("mote-frames {}", shellWord(path.string()));
+    if (options_.spawn.empty()) command += " --connect " + shellWord(options_.connection.string());
+    for (const auto& root : options_.spawn) command += " --spawn " + shellWord(root);
     ImGui::SetClipboardText((command + " --out .").c_str());
     say("The command that makes this picture is in the clipboard.");
 }
@@ -151,7 +164,7 @@ PictureArea Viewer::pictureArea() const {
 
 /// `size` of the window in screen coordinates, each of which is `density` pixels.
 PictureArea Viewer::areaWithin(glm::vec2 size, glm::vec2 density, float scale) const {
-    const float panel = panelShown_ ? panelWidth * scale : 0.0F;
+    const float panel = panelShown_ ? panelWidth_ * scale : 0.0F;
     const float width = std::max(size.x - panel, 1.0F),
                 height = std::max(size.y - filmHeight(scale) - timeHeight(scale), 1.0F);
     return {width,

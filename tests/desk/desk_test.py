@@ -393,6 +393,22 @@ class Desk(DeskCase):
         viewer.key("Tab")
         viewer.see("Transfer functions")
 
+    def test_93_the_panels_edge_is_dragged(self):
+        viewer = self.beam()
+        edge = lambda viewer: viewer.where("Open...", within=(640, 0, 1280, 40))[0]
+        before = edge(viewer)
+        viewer.drag((PANEL + 2, 600), (PANEL - 98, 600))
+        viewer.until(lambda: abs(edge(viewer) - before + 100) < 8, "a wider panel")
+        viewer.see("exact", within=(PANEL - 100, 60, 1280, 110))
+        viewer.see("838 x 688", within=(PANEL - 100, 60, 1280, 110), least=0.7)
+        again = self.viewer(state=viewer.folder)
+        again.until(lambda: again.where("Open...", within=(640, 0, 1280, 40)) and abs(edge(again) - before + 100) < 8, "the same again")
+        again.move(PANEL - 98, 600)
+        for down in (True, False, True, False):  # sooner than 0.3 s
+            again.display.button(1, down)
+            time.sleep(0.03)
+        again.until(lambda: abs(edge(again) - before) < 3, "the usual one")
+
     # Rest.
 
     def test_38_at_rest_nothing_is_drawn(self):
@@ -418,8 +434,8 @@ class Desk(DeskCase):
             viewer.until(same, "rest")
             return before
 
-        for _ in range(12):
-            for _ in range(5):
+        for _ in range(6):
+            for _ in range(6):
                 what = chance.randrange(6)
                 if what == 0:
                     viewer.key(chance.choice(["Right", "x", "o", "?", "d", "n", "g", "c", "Tab", "ctrl+2", "ctrl+1"]))
@@ -434,6 +450,7 @@ class Desk(DeskCase):
                     viewer.move(chance.randrange(1280), chance.randrange(720))
             viewer.key("Escape")
             viewer.key("Escape")
+            viewer.wheel(1100, 400, 40)  # numbers of the line are where they were
             parts = resting()
             viewer.display.expose()
             viewer.until(lambda: viewer.picture()[700:, PANEL:].any(), "the window again")
@@ -585,7 +602,14 @@ class Desk(DeskCase):
         out = viewer.folder / "frames"
         subprocess.run([hand.BIN / "mote-frames", path, "--connect", self.server.connection, "--out", out], check=True,
                        stdout=subprocess.DEVNULL)
-        self.assertTrue((out / "frame-000000.png").exists())
+        from PIL import Image
+        with Image.open(out / "frame-000000.png") as made:
+            made = numpy.asarray(made.convert("RGB"))
+        self.assertEqual(made.shape[:2], (688, PANEL))
+        viewer.key("Escape")
+        viewer.gone("Cancel")
+        shown = viewer.picture()[:560, :800]  # beside the triad and notes
+        numpy.testing.assert_array_equal(shown, made[:560, :800])
 
     def test_55_axes_and_labels_are_switched(self):
         viewer = self.beam()
