@@ -59,6 +59,14 @@ class Display:
         for call in ("XTestFakeKeyEvent", "XTestFakeButtonEvent"):
             getattr(self.xtst, call).argtypes = [ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_ulong]
         self.xtst.XTestFakeMotionEvent.argtypes = [ctypes.c_void_p] + [ctypes.c_int] * 3 + [ctypes.c_ulong]
+        self.x11.XGetImage.restype = ctypes.c_void_p
+        where = [ctypes.c_void_p, ctypes.c_ulong, ctypes.c_int, ctypes.c_int, ctypes.c_uint, ctypes.c_uint, ctypes.c_ulong,
+                 ctypes.c_int]
+        self.x11.XGetImage.argtypes = where
+        self.x11.XGetSubImage.argtypes = where + [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
+        self.x11.XGetPixel.restype = ctypes.c_ulong
+        self.x11.XGetPixel.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
+        self.dot = None
         self.handle = self.x11.XOpenDisplay(self.name.encode())
 
     def close(self):
@@ -98,6 +106,15 @@ class Display:
         for window in self._windows():
             self.x11.XResizeWindow(ctypes.c_void_p(self.handle), ctypes.c_ulong(window), width, height)
         self._sync()
+
+    def pixel(self, x, y):
+        """What is on the screen there, as one number."""
+        place = (self.handle, self.x11.XDefaultRootWindow(self.handle), int(x), int(y), 1, 1, 0xffffff, 2)
+        if self.dot is None:
+            self.dot = self.x11.XGetImage(*place)
+        else:
+            self.x11.XGetSubImage(*place, self.dot, 0, 0)
+        return self.x11.XGetPixel(self.dot, 0, 0)
 
     def expose(self):
         """Blackens each window and tells it that it is to be drawn again, as after another one before it."""

@@ -4,8 +4,9 @@
 
     MOTE_BIN=build/release/bin measure.py PART...
 
-Parts: file, connect, frozen, dead, slow, large, small, many, rest. Frame times are those that Mesa's own counter tells
-(GALLIUM_HUD), while a hand stirs faster than frames come.
+Parts: file, connect, frozen, dead, slow, large, small, many, rest, views. How soon the interface answers is the time from
+a move of the pointer to the light of what lies under it, on the screen. Frame times are those that Mesa's own counter
+tells (GALLIUM_HUD) of frames that fill the window, while a hand drags faster than they come.
 """
 import os
 import pathlib
@@ -20,6 +21,8 @@ import time
 
 HUD = pathlib.Path(tempfile.mkdtemp(prefix="mote-desk-frames-"))
 os.environ.update(GALLIUM_HUD="frametime", GALLIUM_HUD_DUMP_DIR=str(HUD), GALLIUM_HUD_PERIOD="0", GALLIUM_HUD_VISIBLE="false")
+
+import numpy  # noqa: E402
 
 import hand  # noqa: E402
 from desk_case import data, warm  # noqa: E402
@@ -55,25 +58,57 @@ def frames():
     return [float(line) for path in HUD.iterdir() for line in path.read_text(encoding="ascii").split()]
 
 
-def stir(viewer, say, seconds=4.0, hold=False):
-    """Moves the mouse over the window, faster than frames come, and says how long these took."""
+def answer(viewer, say, places=None, count=100):
+    """Moves the pointer to and fro between two places, and says how soon they are lit."""
+    width = viewer.size[0]
+    band = (width - 340, 0, width, 40)
+    places = places or [viewer.see(word, within=band) for word in ("Undo", "Redo")]
+    seen = []
+    for place in places:
+        viewer.move(*place)
+        time.sleep(2.0)
+        seen.append(viewer.picture())
+    (x, y), (left, top) = places[0], (max(places[0][0] - 30, 0), max(places[0][1] - 12, 0))
+    lit = (seen[0] != seen[1])[top:y + 12, left:x + 30].any(2)
+    at = numpy.argwhere(lit)[len(numpy.argwhere(lit)) // 2]
+    at = (left + at[1], top + at[0])
+    taken, spent = [], viewer.processor()
+    for _ in range(count // 2):
+        for place in places:
+            before = viewer.display.pixel(*at)
+            begin = time.monotonic()
+            viewer.move(*place)
+            while viewer.display.pixel(*at) == before:
+                if time.monotonic() - begin > 10:
+                    raise RuntimeError("the interface does not answer")
+                time.sleep(0.0002)
+            taken.append(1000 * (time.monotonic() - begin))
+            time.sleep(0.02)
+    spent = viewer.processor() - spent
+    taken.sort()
+    print(f"{say}: answers within {statistics.median(taken):.1f} ms, 95% within {taken[int(0.95 * len(taken))]:.1f} ms, longest "
+          f"{taken[-1]:.1f} ms; {1000 * spent / len(taken):.1f} ms of a core each; load {os.getloadavg()[0]:.1f}", flush=True)
+
+
+def drag(viewer, say, seconds=4.0):
+    """Turns the picture faster than frames come, and says how long these took."""
     width, height = viewer.size
     time.sleep(0.5)
     before, spent = len(frames()), viewer.processor()
     viewer.move(width // 3, height // 2)
-    if hold:
-        viewer.display.button(1, True)
+    viewer.display.button(1, True)
     end = time.monotonic() + seconds
     step = 0
     while time.monotonic() < end:
         step += 1
-        x = step % 100 + (width // 3 if hold else width - 300 if step % 400 < 200 else width // 3)
-        viewer.move(x, height // 2 + step % 37)
+        viewer.move(step % 100 + width // 3, height // 2 + step % 37)
         time.sleep(0.001)
-    if hold:
-        viewer.display.button(1, False)
+    viewer.display.button(1, False)
     spent = viewer.processor() - spent
     taken = sorted(frames()[before:])
+    if len(taken) < 10:
+        print(f"{say}: {1000 * spent / seconds:.0f} ms of a core a second; frames are parts of the window", flush=True)
+        return
     print(f"{say}: {len(taken)} frames, median {statistics.median(taken):.1f} ms, 95% within "
           f"{taken[int(0.95 * len(taken))]:.1f} ms, longest {taken[-1]:.1f} ms; {1000 * spent / len(taken):.1f} ms of a core each", flush=True)
 
@@ -119,20 +154,20 @@ def part_views(folder):
     for count in (1, 4):
         viewer.key(f"ctrl+{count}")
         time.sleep(3)
-        stir(viewer, f"{count} views, the mouse over panel and picture")
-        stir(viewer, f"{count} views, a drag turns one", hold=True)
+        answer(viewer, f"{count} views")
+        drag(viewer, f"{count} views, a drag turns one")
     viewer.do("Link or unlink cameras")
-    stir(viewer, "4 views, a drag turns all", hold=True)
+    drag(viewer, "4 views, a drag turns all")
     rest(viewer, "4 views")
 
 
 def part_frozen(folder):
     server, viewer = shown(folder, data())
-    stir(viewer, "well, the mouse over panel and picture")
-    stir(viewer, "well, a drag turns the picture", hold=True)
+    answer(viewer, "well")
+    drag(viewer, "well, a drag turns the picture")
     tell(server, signal.SIGSTOP)
-    stir(viewer, "frozen server")
-    stir(viewer, "frozen server, a drag", hold=True)
+    answer(viewer, "frozen server")
+    drag(viewer, "frozen server, a drag")
     tell(server, signal.SIGCONT)
 
 
@@ -140,7 +175,7 @@ def part_dead(folder):
     server, viewer = shown(folder, data())
     server.close()
     viewer.see("Connect now", within=(0, 0, 940, 720))
-    stir(viewer, "dead server, said on the picture")
+    answer(viewer, "dead server, said on the picture")
 
 
 def part_slow(folder):
@@ -156,14 +191,19 @@ def part_slow(folder):
 
     thread = threading.Thread(target=starve)
     thread.start()
-    stir(viewer, "server that runs a tenth of the time, a drag", hold=True)
+    drag(viewer, "server that runs a tenth of the time, a drag")
     running = False
     thread.join()
 
 
 def part_large(folder):
-    server, viewer = shown(folder, data(), (7680, 4320))
-    stir(viewer, "window of 7680 x 4320", seconds=8)
+    for size in ((1280, 720), (1920, 1080), (3840, 2160), (7680, 4320)):
+        where = folder / str(size[0])
+        where.mkdir()
+        _, viewer = shown(where, data(), size)
+        answer(viewer, f"window of {size[0]} x {size[1]}")
+        while OPEN:
+            OPEN.pop().close()
 
 
 def part_small(folder):
@@ -185,10 +225,10 @@ def part_many(folder):
     begin = time.monotonic()
     server, viewer = shown(folder, root)
     print(f"10,001 datasets: {time.monotonic() - begin:.2f} s to server, window and exact picture", flush=True)
-    stir(viewer, "10,001 datasets, the mouse over panel and picture")
+    answer(viewer, "10,001 datasets")
     viewer.key("d")
     viewer.see("10001 of 10001", within=(0, 80, 940, 720))
-    stir(viewer, "their list, the mouse on it and its pictures being made")
+    answer(viewer, "their list", [(400, 300), (400, 420)])
     before = len(frames())
     for _ in range(60):
         viewer.wheel(400, 400, -1)
