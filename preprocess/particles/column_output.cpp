@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "preprocess/on_threads.h"
+#include "preprocess/particles/id_index.h"
 #include "preprocess/particles/step_statistics.h"
 #include "storage/arrays/array_file.h"
 #include "storage/particles/mapped_columns.h"
@@ -73,239 +74,6 @@ std::vector<std::string> columnsCalled(const std::string& name, const ParticleSo
     return components;
 }
 
-struct IdArrays {
-    std::size_t ids = 0, index = 0;  ///< in the file: u64, u32
-    std::uint64_t points = 0;        ///< fewer than 2^32
-};
-
-constexpr std::uint64_t idsAtOnce = std::uint64_t{1} << 18;
-constexpr unsigned bucketBits = 12;
-constexpr std::size_t buckets = std::size_t{1} << bucketBits;
-constexpr std::uint32_t nothing = 0xffffffff;  // more than any point
-
-struct Entry {
-    std::uint64_t id;
-    std::uint32_t point;
-    bool operator<(const Entry& other) const { return id != other.id ? id < other.id : point < other.point; }
-};
-
-struct IdRange {
-    std::uint64_t least = std::numeric_limits<std::uint64_t>::max(), greatest = 0;
-
-    void add(std::span<const std::uint64_t> ids) {
-        if (ids.empty()) return;
-        const auto [low, high] = std::ranges::minmax(ids);
-        add({low, high});
-    }
-    void add(const IdRange& other) {
-        least = std::min(least, other.least);
-        greatest = std::max(greatest, other.greatest);
-    }
-};
-
-/// Where ids are little further apart than they are many, and none is twice, each has a place of its own in a
-/// table, which then holds the points in their order.
-class IdTable {
-  public:
-    /// None where ids are further apart, or where there are more than `mostBytes` to hold. `ids`: all ids
-    /// that are added are in it.
-    static Result<std::optional<IdTable>> make(const IdRange& ids, std::uint64_t points,
-                                               std::uint64_t mostBytes,
-                                               const std::shared_ptr<StoreMemory>& stores) {
-        constexpr std::uint64_t slotsEach = 2;
-        const std::uint64_t last = ids.greatest - ids.least;
-        if (ids.greatest < ids.least || last / slotsEach >= points ||
-            (last + 1) * sizeof(std::uint32_t) > mostBytes)
-            return std::optional<IdTable>();
-        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory((last + 1) * sizeof(std::uint32_t), stores));
-        return std::optional<IdTable>(IdTable(ids.least, last + 1, std::move(store)));
-    }
-
-    /// Ids of points that follow each other. Any thread.
-    void add(std::uint64_t point, std::span<const std::uint64_t> ids) {
-        // The same id may come to two threads at once; that it did shows in the number of places taken.
-        for (const auto id : ids) {
-            std::atomic_ref(table_[id - least_])
-                .store(static_cast<std::uint32_t>(point++), std::memory_order_relaxed);
-        }
-    }
-
-    /// The index; called once. Returns whether no id was twice; else nothing is written.
-    Result<bool> write(const storage::ArrayFileWriter& file, const IdArrays& arrays,
-                       const Progress& progress) {
-        std::vector<std::uint64_t> begin(parts() + 1);
-        tbb::parallel_for(std::uint64_t{0}, parts(), [&](std::uint64_t part) {
-            const auto of = partOf(part);
-            begin[part + 1] = of.size() - static_cast<std::uint64_t>(std::ranges::count(of, nothing));
-        });
-        std::inclusive_scan(begin.begin(), begin.end(), begin.begin());
-        if (begin.back() != arrays.points) return false;
-        MOTE_RETURN_IF_ERROR(inParallel(parts(), [&](std::uint64_t part) -> Status {
-            if (progress.cancelled()) return wasCancelled();
-            const auto of = partOf(part);
-            const auto end = std::ranges::remove(of, nothing).begin();
-            return file.write(arrays.index, begin[part] * sizeof(std::uint32_t),
-                              std::as_bytes(std::span(of.begin(), end)));
-        }));
-        return true;
-    }
-
-  private:
-    IdTable(std::uint64_t least, std::uint64_t places, RecordStore store)
-        : least_(least), store_(std::move(store)), table_(store_.room<std::uint32_t>(0, places)) {
-        tbb::parallel_for(std::uint64_t{0}, parts(),
-                          [&](std::uint64_t part) { std::ranges::fill(partOf(part), nothing); });
-    }
-
-    std::uint64_t parts() const { return (table_.size() + idsAtOnce - 1) / idsAtOnce; }
-    std::span<std::uint32_t> partOf(std::uint64_t part) const {
-        const std::uint64_t first = part * idsAtOnce;
-        return table_.subspan(first, std::min(idsAtOnce, table_.size() - first));
-    }
-
-    std::uint64_t least_;
-    RecordStore store_;
-    std::span<std::uint32_t> table_;
-};
-
-/// The index of ids that lie in the file, where they did not go into a table on their way there.
-class IndexWriter {
-  public:
-    IndexWriter(const storage::ArrayFileWriter& file, const IdArrays& arrays, const ColumnsRequest& request)
-        : file_(file),
-          arrays_(arrays),
-          mostBytes_(request.memory / 4 * 3),
-          stores_(request.stores),
-          progress_(*request.progress) {}
-
-    Status run() {
-        if (arrays_.points == 0) return success();
-        MOTE_RETURN_IF_ERROR(findRange());
-        MOTE_ASSIGN_OR_RETURN(const bool written, writeDense());
-        return written ? success() : writeSorted();
-    }
-
-  private:
-    Result<bool> writeDense() {
-        MOTE_ASSIGN_OR_RETURN(auto table,
-                              IdTable::make({least_, greatest_}, arrays_.points, mostBytes_, stores_));
-        if (!table) return false;
-        MOTE_RETURN_IF_ERROR(forEachPart(
-            [&](std::uint64_t point, std::span<const std::uint64_t> ids) { table->add(point, ids); }));
-        return table->write(file_, arrays_, progress_);
-    }
-
-    /// By buckets of ids, as many at once as the memory holds.
-    Status writeSorted() {
-        const std::uint64_t most = std::max<std::uint64_t>(mostBytes_ / sizeof(Entry), idsAtOnce);
-        counts_.assign(buckets, 0);
-        MOTE_RETURN_IF_ERROR(countBuckets());
-        std::uint64_t written = 0;
-        for (std::size_t first = 0; first < buckets;) {
-            std::size_t last = first;
-            std::uint64_t count = 0;
-            while (last < buckets && (last == first || count + counts_[last] <= most))
-                count += counts_[last++];
-            MOTE_RETURN_IF_ERROR(writeBuckets(first, last, count, written));
-            written += count;
-            first = last;
-        }
-        return success();
-    }
-
-    template <class Use>
-    Status forEachPart(const Use& use) {
-        const std::uint64_t parts = (arrays_.points + idsAtOnce - 1) / idsAtOnce;
-        return inParallel(parts, [&](std::uint64_t part) -> Status {
-            if (progress_.cancelled()) return wasCancelled();
-            const std::uint64_t first = part * idsAtOnce;
-            std::vector<std::uint64_t> ids(std::min(idsAtOnce, arrays_.points - first));
-            MOTE_RETURN_IF_ERROR(file_.read(arrays_.ids, first * sizeof(std::uint64_t),
-                                            std::as_writable_bytes(std::span(ids))));
-            use(first, std::span<const std::uint64_t>(ids));
-            return success();
-        });
-    }
-
-    Status findRange() {
-        std::mutex mutex;
-        IdRange all;
-        MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t, std::span<const std::uint64_t> ids) {
-            IdRange part;
-            part.add(ids);
-            const std::lock_guard lock(mutex);
-            all.add(part);
-        }));
-        least_ = all.least;
-        greatest_ = all.greatest;
-        const auto bits = static_cast<unsigned>(std::bit_width(greatest_ - least_));
-        shift_ = bits > bucketBits ? bits - bucketBits : 0;
-        return success();
-    }
-
-    std::size_t bucketOf(std::uint64_t id) const { return static_cast<std::size_t>((id - least_) >> shift_); }
-
-    Status countBuckets() {
-        std::mutex mutex;
-        return forEachPart([&](std::uint64_t, std::span<const std::uint64_t> ids) {
-            std::vector<std::uint32_t> counts(buckets);
-            for (const auto id : ids) ++counts[bucketOf(id)];
-            const std::lock_guard lock(mutex);
-            for (std::size_t i = 0; i < buckets; ++i) counts_[i] += counts[i];
-        });
-    }
-
-    /// Entries come into their bucket in any order; sorting gives them the only one there is.
-    Status writeBuckets(std::size_t first, std::size_t last, std::uint64_t count, std::uint64_t before) {
-        std::vector<std::uint64_t> begin(last - first + 1);
-        std::inclusive_scan(counts_.begin() + static_cast<std::ptrdiff_t>(first),
-                            counts_.begin() + static_cast<std::ptrdiff_t>(last), begin.begin() + 1);
-        auto next = begin;
-        std::mutex mutex;
-        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory(count * sizeof(Entry), stores_));
-        const auto entries = store.room<Entry>(0, count);
-        MOTE_RETURN_IF_ERROR(forEachPart([&](std::uint64_t point, std::span<const std::uint64_t> ids) {
-            std::vector<std::uint64_t> at(last - first);
-            for (const auto id : ids) {
-                const auto bucket = bucketOf(id);
-                if (bucket >= first && bucket < last) ++at[bucket - first];
-            }
-            {
-                const std::lock_guard lock(mutex);
-                for (std::size_t i = 0; i < at.size(); ++i) {
-                    next[i] += at[i];
-                    at[i] = next[i] - at[i];
-                }
-            }
-            for (const auto id : ids) {
-                const auto bucket = bucketOf(id);
-                if (bucket >= first && bucket < last) {
-                    entries[at[bucket - first]++] = {id, static_cast<std::uint32_t>(point)};
-                }
-                ++point;
-            }
-        }));
-        return inParallel(last - first, [&](std::size_t i) {
-            const auto mine = entries.subspan(begin[i], begin[i + 1] - begin[i]);
-            std::ranges::sort(mine, std::less<>());
-            std::vector<std::uint32_t> points;
-            points.reserve(mine.size());
-            for (const auto& entry : mine) points.push_back(entry.point);
-            return file_.write(arrays_.index, (before + begin[i]) * sizeof(std::uint32_t),
-                               std::as_bytes(std::span(points)));
-        });
-    }
-
-    const storage::ArrayFileWriter& file_;
-    const IdArrays arrays_;
-    const std::uint64_t mostBytes_;  ///< of memory
-    const std::shared_ptr<StoreMemory>& stores_;
-    const Progress& progress_;
-    std::vector<std::uint64_t> counts_;  ///< by bucket
-    std::uint64_t least_ = 0, greatest_ = 0;
-    unsigned shift_ = 0;
-};
-
 constexpr std::size_t askedEach = 4096;  // rows, between two questions whether to stop
 
 Status readRows(const storage::StepFile& points, std::uint64_t first, std::span<std::uint64_t> rows) {
@@ -328,7 +96,9 @@ Status readStrided(const storage::StepFile& points, std::uint64_t stride, std::v
 using storage::ArrayFileWriter;
 
 constexpr std::uint64_t pointsAtOnce = std::uint64_t{1} << 18;
-constexpr std::size_t mostTogether = 8;  // columns that share a cache line of rows
+// Columns whose values of a row lie together: with them a row takes no more memory than its particle did,
+// whose pages are there. More of them take fresh ones, which cost more than to look for a row once more.
+constexpr std::size_t mostTogether = 4;
 
 constexpr std::size_t rowsInCache = 1024;  // of records whose columns come one after another
 constexpr std::size_t recordsAhead = 32;
@@ -338,12 +108,35 @@ template <class T>
 struct Part {
     std::vector<std::uint64_t> rows;
     std::vector<T> values;  ///< column after column
+    std::vector<std::uint64_t> ids;
 };
 
 /// Columns that are read and written together.
 struct Group {
     std::size_t first = 0, count = 0;
     bool doubles = false;
+    bool withIds = false;  ///< which go with them as long as all fit 32 bits
+
+    std::size_t values() const { return count + (withIds ? 1 : 0); }
+    /// Values from one row to the next: such that no row lies in two lines of the cache.
+    std::size_t stride() const { return std::bit_ceil(values()); }
+    std::vector<std::size_t> arrays() const {
+        std::vector<std::size_t> arrays(count);
+        std::iota(arrays.begin(), arrays.end(), first);
+        return arrays;
+    }
+};
+
+/// Values of a group as they are gathered. Ids are behind them, their 32 bits as those of a float.
+template <class T>
+struct Records {
+    std::span<const T> values;
+    std::uint64_t begin, end;  ///< rows
+    std::size_t stride;        ///< values from one row to the next
+    std::vector<std::size_t> arrays;
+    bool withIds = false;
+
+    std::size_t columns() const { return arrays.size() + (withIds ? 1 : 0); }
 };
 
 struct Extent {
@@ -452,7 +245,8 @@ class Output {
         const auto held = static_cast<std::size_t>(request_.memory / 4 * 3 / sizeof(float) /
                                                    std::max<std::uint64_t>(rows_, 1));
         const std::size_t even = (columns_.size() + size - 1) / size;
-        const std::size_t count = std::clamp<std::size_t>(std::min(held, even), 1, mostTogether);
+        const std::size_t count =
+            std::clamp<std::size_t>(std::min(std::bit_floor(held), even), 1, mostTogether);
         std::vector<Group> groups;
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             const bool doubles = codings_[i].doubles;
@@ -461,6 +255,11 @@ class Output {
                 !groups.empty() && groups.back().doubles == doubles && groups.back().count < most;
             if (!joins) groups.push_back({i, 0, doubles});
             ++groups.back().count;
+        }
+        if (request_.kept->ids && alone() && !groups.empty() && !groups.back().doubles) {
+            auto& last = groups.back();
+            last.withIds =
+                last.count < count && rowsFor(sizeof(float) * std::bit_ceil(last.count + 1)) >= rows_;
         }
         return groups;
     }
@@ -473,21 +272,22 @@ class Output {
             MOTE_RETURN_IF_ERROR(parts[i].doubles ? writeGroup<double>(parts[i])
                                                   : writeGroup<float>(parts[i]));
         }
-        if (request_.kept->ids && rank == parts.size() % size) return writeIds();
+        if (request_.kept->ids && !idsWritten_ && rank == parts.size() % size) return writeIds();
         return success();
     }
 
     template <class T>
     Status writeGroup(const Group& group) {
         std::set<Column> wanted;
+        if (group.withIds) wanted.insert(Column::id);
         for (std::size_t i = 0; i < group.count; ++i) {
             const auto sources = columns_[group.first + i].sources();
             wanted.insert(sources.begin(), sources.end());
         }
+        const std::size_t stride = group.stride();
         const auto fill = [&](std::uint64_t begin, RecordStore& store) {
-            return [this, &group, &store, begin](const ParticleChunk& chunk) {
-                const auto records =
-                    store.room<T>((chunk.begin - begin) * group.count, chunk.size * group.count);
+            return [this, &group, &store, begin, stride](const ParticleChunk& chunk) {
+                const auto records = store.room<T>((chunk.begin - begin) * stride, chunk.size * stride);
                 std::array<std::vector<double>, mostTogether> made;
                 std::array<std::span<const double>, mostTogether> values;
                 for (std::size_t i = 0; i < group.count; ++i) {
@@ -501,120 +301,156 @@ class Output {
                     for (std::size_t i = 0; i < group.count; ++i) {
                         const double offset = codings_[group.first + i].offset;
                         for (std::size_t k = first; k < last; ++k)
-                            records[k * group.count + i] = static_cast<T>(values[i][k] - offset);
+                            records[k * stride + i] = static_cast<T>(values[i][k] - offset);
                     }
+                    for (std::size_t k = first; k < last && group.withIds; ++k)
+                        records[k * stride + group.count] = shortId<T>(chunk.id[k]);
                 }
+                if (group.withIds) addIds(chunk);
             };
         };
-        std::vector<std::size_t> arrays;
-        for (std::size_t i = 0; i < group.count; ++i) arrays.push_back(group.first + i);
-        return moveRows<T>({wanted.begin(), wanted.end()}, arrays, fill);
+        return moveRows<T>({wanted.begin(), wanted.end()}, group, fill);
+    }
+
+    /// The last 32 bits of an id, as those of a float.
+    template <class T>
+    static T shortId(std::uint64_t id) {
+        if constexpr (std::is_same_v<T, float>)
+            return std::bit_cast<float>(static_cast<std::uint32_t>(id));
+        else
+            return {};
     }
 
     bool alone() const { return ranks_.size() == 1; }
 
+    void addIds(const ParticleChunk& chunk) {
+        IdRange part;
+        part.add(std::span(chunk.id).first(chunk.size));
+        const std::lock_guard lock(extentMutex_);
+        idRange_.add(part);
+    }
+
     Status writeIds() {
-        std::mutex mutex;
-        IdRange range;
-        const auto fill = [&](std::uint64_t begin, RecordStore& store) {
-            return [&, begin](const ParticleChunk& chunk) {
-                const auto ids = std::span(chunk.id).first(chunk.size);
-                std::ranges::copy(ids, store.room<std::uint64_t>(chunk.begin - begin, chunk.size).begin());
-                IdRange part;
-                part.add(ids);
-                const std::lock_guard lock(mutex);
-                range.add(part);
+        idRange_ = {};
+        const auto fill = [this](std::uint64_t begin, RecordStore& store) {
+            return [this, &store, begin](const ParticleChunk& chunk) {
+                std::ranges::copy(std::span(chunk.id).first(chunk.size),
+                                  store.room<std::uint64_t>(chunk.begin - begin, chunk.size).begin());
+                addIds(chunk);
             };
         };
-        // All ids at once: on the way to their points each goes to its place in the index, too.
-        const std::uint64_t held = rows_ * sizeof(std::uint64_t), most = request_.memory / 4 * 3;
-        const auto filled = [&]() -> Status {
-            if (!alone() || held > most) return success();
-            MOTE_ASSIGN_OR_RETURN(idTable_,
-                                  IdTable::make(range, request_.pointCount, most - held, request_.stores));
-            return success();
-        };
-        MOTE_RETURN_IF_ERROR(moveRows<std::uint64_t>({Column::id}, {columns_.size()}, fill, filled));
+        return moveRows<std::uint64_t>({Column::id}, {columns_.size(), 1}, fill);
+    }
+
+    /// Reads records of a group by the chunks that `fill` takes, and writes them in the order of the points.
+    template <class T, class Fill>
+    Status moveRows(const std::vector<Column>& wanted, const Group& group, const Fill& fill) {
+        const std::uint64_t recordBytes = sizeof(T) * group.stride();
+        const std::uint64_t together = rowsFor(recordBytes);
+        MOTE_ASSIGN_OR_RETURN(
+            auto store, RecordStore::inMemory(std::min(together, rows_) * recordBytes, request_.stores));
+        std::vector<T> unused;
+        for (std::uint64_t begin = 0; begin < rows_; begin += together) {
+            const std::uint64_t end = std::min(rows_, begin + together);
+            MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, begin, end, wanted,
+                                              *request_.progress, fill(begin, store)));
+            MOTE_ASSIGN_OR_RETURN(const auto values,
+                                  store.read<T>(0, (end - begin) * group.stride(), unused));
+            Records<T> records{values, begin, end, group.stride(), group.arrays(), false};
+            records.withIds = group.withIds && idRange_.greatest <= std::numeric_limits<std::uint32_t>::max();
+            const bool ids = records.withIds || std::is_same_v<T, std::uint64_t>;
+            if (ids && end - begin == rows_) MOTE_RETURN_IF_ERROR(makeIdTable(rows_ * recordBytes));
+            MOTE_RETURN_IF_ERROR(gather(records));
+            if (ids) MOTE_RETURN_IF_ERROR(finishIds(end));
+            if (end == rows_) request_.writeback->begin(request_.directory / (request_.name + ".h5"));
+        }
+        for (const auto array : group.arrays()) file_->complete(array);
+        return success();
+    }
+
+    /// Where all are moved at once, ids go to their places in the index on the way to their points. `held`:
+    /// bytes of memory that their records take.
+    Status makeIdTable(std::uint64_t held) {
+        const std::uint64_t most = request_.memory / 4 * 3;
+        if (!alone() || held > most) return success();
+        MOTE_ASSIGN_OR_RETURN(idTable_,
+                              IdTable::make(idRange_, request_.pointCount, most - held, request_.stores));
+        return success();
+    }
+
+    Status finishIds(std::uint64_t end) {
+        if (end < rows_) return success();
+        idsWritten_ = true;
+        file_->complete(columns_.size());
         if (!idTable_) return success();
         MOTE_ASSIGN_OR_RETURN(indexed_, idTable_->write(*file_, idArrays(), *request_.progress));
         idTable_.reset();
         return success();
     }
 
-    /// Reads records of `arrays.size()` values a row by the chunks that `fill` takes, and writes them in the
-    /// order of the points. `filled`: called between the two.
-    template <class T, class Fill>
-    Status moveRows(const std::vector<Column>& wanted, const std::vector<std::size_t>& arrays,
-                    const Fill& fill, const std::function<Status()>& filled = {}) {
-        const std::uint64_t recordBytes = sizeof(T) * arrays.size();
-        const std::uint64_t together = rowsFor(recordBytes);
-        MOTE_ASSIGN_OR_RETURN(
-            auto store, RecordStore::inMemory(std::min(together, rows_) * recordBytes, request_.stores));
-        for (std::uint64_t begin = 0; begin < rows_; begin += together) {
-            const std::uint64_t end = std::min(rows_, begin + together);
-            MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, begin, end, wanted,
-                                              *request_.progress, fill(begin, store)));
-            if (filled) MOTE_RETURN_IF_ERROR(filled());
-            MOTE_RETURN_IF_ERROR(gather<T>(store, begin, end, arrays));
-            if (end == rows_) request_.writeback->begin(request_.directory / (request_.name + ".h5"));
-        }
-        for (const auto array : arrays) file_->complete(array);
-        return success();
-    }
-
     template <class T>
-    Status gather(const RecordStore& store, std::uint64_t begin, std::uint64_t end,
-                  const std::vector<std::size_t>& arrays) {
-        std::vector<T> unused;
-        MOTE_ASSIGN_OR_RETURN(const auto records, store.read<T>(0, (end - begin) * arrays.size(), unused));
+    Status gather(const Records<T>& records) {
         const std::uint64_t parts = (request_.pointCount + pointsAtOnce - 1) / pointsAtOnce;
         tbb::enumerable_thread_specific<Part<T>> buffers;
         return inParallel(parts, [&](std::uint64_t part) -> Status {
             if (request_.progress->cancelled()) return wasCancelled();
-            return gatherPart<T>(records, begin, end, arrays, part * pointsAtOnce, buffers.local());
+            return gatherPart(records, part * pointsAtOnce, buffers.local());
         });
     }
 
     /// Points of other ranges of rows keep what an earlier range gave them.
     template <class T>
-    Status gatherPart(std::span<const T> records, std::uint64_t begin, std::uint64_t end,
-                      const std::vector<std::size_t>& arrays, std::uint64_t first, Part<T>& part) {
+    Status gatherPart(const Records<T>& records, std::uint64_t first, Part<T>& part) {
         const auto count = static_cast<std::size_t>(std::min(pointsAtOnce, request_.pointCount - first));
-        const bool whole = end - begin == rows_;
-        auto& [rows, values] = part;
+        const auto& arrays = records.arrays;
+        const bool whole = records.end - records.begin == rows_;
+        auto& [rows, values, ids] = part;
         rows.resize(count);
-        values.resize(count * arrays.size());
-        MOTE_RETURN_IF_ERROR(request_.points->read(storage::StepArray::pointRow,
-                                                   first * sizeof(std::uint64_t),
-                                                   std::as_writable_bytes(std::span(rows))));
+        values.resize(count * records.columns());
+        MOTE_RETURN_IF_ERROR(readRows(*request_.points, first, rows));
         for (std::size_t i = 0; i < arrays.size() && !whole; ++i) {
             MOTE_RETURN_IF_ERROR(
                 file_->read(arrays[i], first * sizeof(T),
                             std::as_writable_bytes(std::span(values).subspan(i * count, count))));
         }
-        for (std::size_t k = 0; k < count; ++k) {
-            // Each record is somewhere else: many are asked for before the first one comes.
-            const auto later = rows[std::min(k + recordsAhead, count - 1)];
-            if (later >= begin && later < end) {
-                const T* const ahead = records.data() + (later - begin) * arrays.size();
-                __builtin_prefetch(ahead);
-                __builtin_prefetch(ahead + arrays.size() - 1);
-            }
-            if (!whole && (rows[k] < begin || rows[k] >= end)) continue;
-            const T* const record = records.data() + (rows[k] - begin) * arrays.size();
-            for (std::size_t i = 0; i < arrays.size(); ++i) values[i * count + k] = record[i];
-        }
+        pick<T>(records, rows, values);
         for (std::size_t i = 0; i < arrays.size(); ++i) {
             const auto mine = std::span<const T>(values).subspan(i * count, count);
             MOTE_RETURN_IF_ERROR(file_->write(arrays[i], first * sizeof(T), std::as_bytes(mine)));
             if constexpr (std::is_floating_point_v<T>) {
-                if (end == rows_) addExtent(arrays[i], mine);
+                if (records.end == rows_) addExtent(arrays[i], mine);
+            } else {
+                if (idTable_) idTable_->add(first, mine);
             }
         }
-        if constexpr (std::is_same_v<T, std::uint64_t>) {
-            if (idTable_) idTable_->add(first, values);
+        if constexpr (std::is_same_v<T, float>) {
+            if (!records.withIds) return success();
+            ids.resize(count);
+            for (std::size_t k = 0; k < count; ++k)
+                ids[k] = std::bit_cast<std::uint32_t>(values[arrays.size() * count + k]);
+            if (idTable_) idTable_->add(first, ids);
+            return file_->write(columns_.size(), first * sizeof(std::uint64_t),
+                                std::as_bytes(std::span(ids)));
         }
         return success();
+    }
+
+    /// Values of `rows`, column after column; those that the records do not have stay.
+    template <class T>
+    static void pick(const Records<T>& records, std::span<const std::uint64_t> rows, std::span<T> values) {
+        const std::size_t columns = records.columns();
+        const auto holds = [&](std::uint64_t row) { return row >= records.begin && row < records.end; };
+        const auto recordOf = [&](std::uint64_t row) {
+            return records.values.data() + (row - records.begin) * records.stride;
+        };
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+            // Each record is somewhere else: many are asked for before the first one comes.
+            const auto later = rows[std::min(k + recordsAhead, rows.size() - 1)];
+            if (holds(later)) __builtin_prefetch(recordOf(later));
+            if (!holds(rows[k])) continue;
+            const T* const record = recordOf(rows[k]);
+            for (std::size_t i = 0; i < columns; ++i) values[i * rows.size() + k] = record[i];
+        }
     }
 
     template <class T>
@@ -636,7 +472,9 @@ class Output {
         return success();
     }
 
-    Status writeIndex() { return IndexWriter(*file_, idArrays(), request_).run(); }
+    Status writeIndex() {
+        return writeIdIndex(*file_, idArrays(), request_.memory / 4 * 3, request_.stores, *request_.progress);
+    }
 
     IdArrays idArrays() const { return {columns_.size(), columns_.size() + 1, request_.pointCount}; }
 
@@ -646,7 +484,9 @@ class Output {
     const std::uint64_t rows_;
     std::vector<ColumnCoding> codings_;
     std::mutex extentMutex_;
-    std::vector<Extent> extents_;     ///< under it while parts are gathered
+    std::vector<Extent> extents_;  ///< under it while parts are gathered
+    IdRange idRange_;              ///< of the rows that were read, under the mutex above
+    bool idsWritten_ = false;
     std::optional<IdTable> idTable_;  ///< while ids are gathered
     bool indexed_ = false;            ///< whether it became the index
     std::optional<ArrayFileWriter> file_;
