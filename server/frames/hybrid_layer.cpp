@@ -18,7 +18,7 @@ Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerReq
     if (!found.ok()) return found.error();
     if (!*found) return LayerPart();
     return LayerPart([step = *std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
-        scene.hybrids[index] = step;
+        scene.layers[index].hybrid = step;
         return DotHistory::Layer();
     });
 }

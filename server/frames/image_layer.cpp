@@ -11,8 +11,7 @@ Result<LayerPart> partOf(const proto::ImageStyle&, const LayerRequest& asked) {
     if (!image.ok()) return image.error();
     if (!*image) return LayerPart();
     return LayerPart([image = *image](render::Scene& scene, std::size_t index, const auto&) {
-        scene.images.resize(scene.view.layers.size());
-        scene.images[index] = image;
+        scene.layers[index].image = image;
         return DotHistory::Layer();
     });
 }

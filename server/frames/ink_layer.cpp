@@ -26,28 +26,25 @@ Result<LayerPart> inkOfParticles(const storage::Catalogue::Entry& entry, const L
     if (!found.ok()) return found.error();
     if (!*found) return LayerPart();
     return LayerPart([density = *found](render::Scene& scene, std::size_t index, const auto&) {
-        scene.densities.resize(scene.view.layers.size());
-        scene.densities[index] = density;
+        scene.layers[index].density = density;
         return DotHistory::Layer();
     });
 }
 
 /// What a layer's ink is drawn of.
-std::shared_ptr<const void> drawnOf(const render::Scene& scene, std::size_t index) {
-    if (index < scene.meshes.size() && scene.meshes[index]) return scene.meshes[index];
-    if (index < scene.densities.size() && scene.densities[index]) return scene.densities[index];
-    return scene.hybrids[index];
+std::shared_ptr<const void> drawnOf(const render::LayerData& data) {
+    if (data.mesh) return data.mesh;
+    return data.density ? data.density : data.hybrid;
 }
 
 /// A coherent drawing remembers what it drew while it draws the same.
 LayerPart coherent(LayerPart part) {
     return [part = std::move(part)](render::Scene& scene, std::size_t index, DotHistory::Layer before) {
         part(scene, index, {});
-        const auto drawn = drawnOf(scene, index);
+        const auto drawn = drawnOf(scene.layers[index]);
         if (before.ink == nullptr || before.inked.lock() != drawn)
             before = {.inked = drawn, .ink = std::make_shared<render::InkMemory>()};
-        scene.inks.resize(scene.view.layers.size());
-        scene.inks[index] = before.ink;
+        scene.layers[index].ink = before.ink;
         return before;
     };
 }

@@ -15,8 +15,7 @@ Result<LayerPart> meshPart(const LayerRequest& asked, const HalfSpaces& clips) {
     if (!surface.ok()) return surface.error();
     if (!*surface) return LayerPart();
     return LayerPart([surface = *surface](render::Scene& scene, std::size_t index, const auto&) {
-        scene.meshes.resize(scene.view.layers.size());
-        scene.meshes[index] = surface;
+        scene.layers[index].mesh = surface;
         // Nothing of it may be left.
         if (surface->mesh().triangles.empty()) scene.view.layers[index].opacity = 0.0;
         return DotHistory::Layer();

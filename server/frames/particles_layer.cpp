@@ -14,14 +14,10 @@
 namespace mote::server {
 namespace {
 
-/// What a layer is drawn from; a part that is not asked for, or on its way, is null.
-struct LayerData {
-    std::shared_ptr<const storage::ParticleStep> step, highlight;
-    std::shared_ptr<const render::PointValues> values;
+struct Gathered {
+    render::LayerData drawn;               ///< what is on its way is null
     std::optional<ValueRange> valueRange;  ///< that the colours of values stand for
-    std::shared_ptr<const render::PointPaths> paths;
-    std::shared_ptr<const render::PointWays> ways;
-    PlotDensity plot;  ///< of a selection as many particles as it holds
+    PlotDensity plot;                      ///< of a selection as many particles as it holds
     bool waits = false;
 };
 
@@ -31,17 +27,18 @@ class Gathering {
     explicit Gathering(const LayerRequest& asked)
         : layer_(asked.layer), stage_(asked.job.stage), data_(asked.data) {}
 
-    Result<LayerData> gather() {
-        MOTE_ASSIGN_OR_RETURN(out_.step, data_.step(layer_.dataset, layer_.step));
+    Result<Gathered> gather() {
+        MOTE_ASSIGN_OR_RETURN(out_.drawn.step, data_.step(layer_.dataset, layer_.step));
         MOTE_ASSIGN_OR_RETURN(entry_, data_.dataset(layer_.dataset));
         out_.plot = PlotDensity::of(entry_.manifest->particles(), layer_.step);
         if (layer_.towards) MOTE_RETURN_IF_ERROR(gatherWays(layer_.towards->step), "towards");
         if (!layer_.select && !layer_.highlight && !layer_.colorBy && !layer_.paths) return out_;
-        const auto whole = out_.step;
+        const auto whole = out_.drawn.step;
         MOTE_RETURN_IF_ERROR(gatherChosen(whole));
         MOTE_RETURN_IF_ERROR(gatherHighlight(whole));
         MOTE_RETURN_IF_ERROR(gatherValues(), "colorBy");
-        if (layer_.paths) MOTE_RETURN_IF_ERROR(take(pathsOf(entry_, *layer_.paths), out_.paths), "paths");
+        if (layer_.paths)
+            MOTE_RETURN_IF_ERROR(take(pathsOf(entry_, *layer_.paths), out_.drawn.paths), "paths");
         return out_;
     }
 
@@ -65,8 +62,8 @@ class Gathering {
 
     Status gatherChosen(const Step& whole) {
         if (!layer_.select || layer_.select->everything()) return success();
-        MOTE_RETURN_IF_ERROR(takeChosen(*layer_.select, whole, chosen_, out_.step), "select");
-        out_.plot.particles = out_.step->pointCount();
+        MOTE_RETURN_IF_ERROR(takeChosen(*layer_.select, whole, chosen_, out_.drawn.step), "select");
+        out_.plot.particles = out_.drawn.step->pointCount();
         return success();
     }
 
@@ -80,7 +77,7 @@ class Gathering {
             selection = std::move(both);
         }
         std::shared_ptr<const ChosenPoints> held;
-        MOTE_RETURN_IF_ERROR(takeChosen(selection, whole, held, out_.highlight), "highlight.selection");
+        MOTE_RETURN_IF_ERROR(takeChosen(selection, whole, held, out_.drawn.highlight), "highlight.selection");
         return success();
     }
 
@@ -95,7 +92,8 @@ class Gathering {
         MOTE_RETURN_IF_ERROR(held);
         const auto& ways = *held;
         if (ways == nullptr) out_.waits = out_.waits || stage_ != Stage::quick;
-        if (ways != nullptr && ways->moving > 0) out_.ways = {ways, onwards ? &ways->there : &ways->back};
+        if (ways != nullptr && ways->moving > 0)
+            out_.drawn.ways = {ways, onwards ? &ways->there : &ways->back};
         return success();
     }
 
@@ -113,7 +111,7 @@ class Gathering {
         out_.valueRange = range;
         return take(valuesOf(entry_, layer_.step, layer_.colorBy->column(), *range, chosen_,
                              some ? keyOf(*layer_.select) : std::string()),
-                    out_.values);
+                    out_.drawn.values);
     }
 
     const Layer& layer_;
@@ -121,15 +119,8 @@ class Gathering {
     StepSource& data_;
     storage::Catalogue::Entry entry_;
     std::shared_ptr<const ChosenPoints> chosen_;
-    LayerData out_;
+    Gathered out_;
 };
-
-template <class T>
-void put(std::vector<std::shared_ptr<const T>>& all, std::size_t index, std::size_t size,
-         const std::shared_ptr<const T>& part) {
-    all.resize(size);
-    all[index] = part;
-}
 
 /// Tells a camera the points of leaves that may be seen.
 class SeenLeaves {
@@ -234,19 +225,14 @@ Result<LayerPart> partOf(const proto::ParticlesStyle& said, const LayerRequest& 
     resolveByPlot(style, found.plot, isLight(asked.view.background));
     return LayerPart([data = std::move(found), style = std::move(style)](render::Scene& scene,
                                                                          std::size_t index, const auto&) {
-        scene.particles.resize(scene.steps.size());
-        scene.particles[index] = style;
-        scene.steps[index] = data.step;
+        scene.layers[index] = data.drawn;
+        scene.layers[index].particles = style;
         if (data.valueRange) {  // a colour bar tells it
             auto& range = *scene.view.layers[index].colorBy->mutable_range();
             range.Clear();
             range.Add(data.valueRange->low);
             range.Add(data.valueRange->high);
         }
-        put(scene.highlights, index, scene.steps.size(), data.highlight);
-        put(scene.values, index, scene.steps.size(), data.values);
-        put(scene.paths, index, scene.steps.size(), data.paths);
-        put(scene.ways, index, scene.steps.size(), data.ways);
         return DotHistory::Layer();
     });
 }

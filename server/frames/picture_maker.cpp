@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <new>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "protocol/scene/view_parts.h"
@@ -52,9 +53,15 @@ class Attempt {
     std::optional<DotHistory> before_;
 };
 
+std::vector<std::shared_ptr<const storage::ParticleStep>> stepsOf(const render::Scene& scene) {
+    std::vector<std::shared_ptr<const storage::ParticleStep>> steps;
+    for (const auto& layer : scene.layers) steps.push_back(layer.step);
+    return steps;
+}
+
 std::vector<const render::GridField*> hybridsOf(const render::Scene& scene) {
     std::vector<const render::GridField*> hybrids;
-    for (const auto& step : scene.hybrids) hybrids.push_back(step.get());
+    for (const auto& layer : scene.layers) hybrids.push_back(layer.hybrid.get());
     return hybrids;
 }
 
@@ -63,14 +70,14 @@ std::vector<const render::GridField*> hybridsOf(const render::Scene& scene) {
 /// (a view that saw nothing is followed by one that does), and of new data all points are expected.
 ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
     ViewLoad load{.pixels = static_cast<double>(scene.view.width) * scene.view.height};
-    for (const auto& step : scene.steps) {
+    for (const auto& step : stepsOf(scene)) {
         if (step == nullptr) continue;
         const auto thresholds = step->preview(0).threshold;
         const double share = thresholds.empty() ? 0.0 : thresholds.back();
         load.previewShare = load.points == 0.0 ? share : std::min(load.previewShare, share);
         load.points += static_cast<double>(step->pointCount());
     }
-    if (scene.steps == history.steps && hybridsOf(scene) == history.hybrids)
+    if (stepsOf(scene) == history.steps && hybridsOf(scene) == history.hybrids)
         load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
 }
@@ -81,7 +88,7 @@ void learn(PictureHistory& history, const render::Scene& scene, const render::Pi
            const render::Quality& quality, double share, double ms) {
     const auto points = static_cast<double>(picture.pointsDrawn);
     history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
-    history.steps = scene.steps;
+    history.steps = stepsOf(scene);
     history.hybrids = hybridsOf(scene);
     history.exactPoints = points / share;
 }
@@ -96,11 +103,10 @@ std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const ren
         const Layer& layer = view.layers[i];
         if (i < view.shown.size()) layers[i].shown = view.shown[i];
         if (const auto found = data.dataset(layer.dataset); found.ok()) layers[i].manifest = found->manifest;
-        if (!layer.particles() || scene.steps[i] == nullptr) continue;
-        if (layer.select) layers[i].chosen = scene.steps[i]->pointCount();
-        const bool highlighted =
-            layer.highlight && i < scene.highlights.size() && scene.highlights[i] != nullptr;
-        if (highlighted) layers[i].highlighted = scene.highlights[i]->pointCount();
+        const auto& [step, highlight] = std::tie(scene.layers[i].step, scene.layers[i].highlight);
+        if (!layer.particles() || step == nullptr) continue;
+        if (layer.select) layers[i].chosen = step->pointCount();
+        if (layer.highlight && highlight) layers[i].highlighted = highlight->pointCount();
         if (layer.colorBy) layers[i].colorRange = colorRangeOf(*layer.colorBy);
     }
     for (const auto& field : plan.fields) {
@@ -119,8 +125,8 @@ std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const ren
 constexpr int failuresBeforeNewDevice = 2;
 
 void check(const render::Scene& scene) {
-    for (const auto& step : scene.steps) {
-        if (step != nullptr) step->check();
+    for (const auto& layer : scene.layers) {
+        if (layer.step != nullptr) layer.step->check();
     }
 }
 

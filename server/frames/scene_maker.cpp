@@ -207,9 +207,7 @@ Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob
         return std::optional<render::Scene>();
     MOTE_ASSIGN_OR_RETURN(const bool admitted, admit());
     if (!admitted) return std::optional<render::Scene>();
-    render::Scene scene{view, {}};
-    scene.steps.resize(parts.size());
-    scene.hybrids.resize(parts.size());
+    render::Scene scene{view, std::vector<render::LayerData>(parts.size())};
     history.layers.resize(parts.size());
     for (std::size_t i = 0; i < parts.size(); ++i)
         history.layers[i] = parts[i](scene, i, std::move(history.layers[i]));

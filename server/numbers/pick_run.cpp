@@ -111,21 +111,17 @@ class PickRun final : public QueryRun {
     /// What a drawing is of. Errors: of its files; invalidArgument (of another kind); cancelled.
     Result<render::InkData> drawnOf(const storage::Catalogue::Entry& entry, const Layer& layer,
                                     const Cancelled& cancelled) const {
-        render::Scene scene;
-        scene.view.layers = {layer};
+        render::LayerData data;
         const auto& kind = entry.manifest->kind();
         if (kind == "mesh") {
-            MOTE_ASSIGN_OR_RETURN(auto mesh, loaded(meshSurface(entry, layer.clips()), cancelled));
-            scene.meshes.push_back(std::move(mesh));
+            MOTE_ASSIGN_OR_RETURN(data.mesh, loaded(meshSurface(entry, layer.clips()), cancelled));
         } else if (kind == "particles") {
-            MOTE_ASSIGN_OR_RETURN(auto density, loaded(stepDensity(entry, layer.step), cancelled));
-            scene.densities.push_back(std::move(density));
+            MOTE_ASSIGN_OR_RETURN(data.density, loaded(stepDensity(entry, layer.step), cancelled));
         } else {
             MOTE_ASSIGN_OR_RETURN(
-                auto volume, loaded(hybridStep(entry, layer.step, HybridRepresentation::best), cancelled));
-            scene.hybrids.push_back(std::move(volume));
+                data.hybrid, loaded(hybridStep(entry, layer.step, HybridRepresentation::best), cancelled));
         }
-        return render::inkDataOf(scene, 0);
+        return render::inkDataOf(layer, data);
     }
 
     /// Waits for what pictures have in memory, which nobody says to a question when it comes.

@@ -29,8 +29,8 @@ Scene calibrationScene(const std::shared_ptr<const storage::ParticleStep>& step,
     View view{.width = 512, .height = 512, .background = glm::dvec3(0.0), .camera = {}, .layers = {}};
     view.camera = fitCamera(plotBounds, view.aspect());
     view.layers.push_back({.dataset = {}, .style = proto::ParticlesStyle()});
-    Scene scene{std::move(view), {step}};
-    scene.particles = {std::move(style)};
+    Scene scene{std::move(view)};
+    scene.layers.push_back({.step = step, .particles = std::move(style)});
     return scene;
 }
 

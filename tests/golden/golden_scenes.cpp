@@ -134,13 +134,14 @@ std::optional<render::Scene> makeColoredScene(const std::string& name) {
     if (found == all.end()) return std::nullopt;
     render::Scene scene{viewOf(found->second.view), {}};
     const auto step = found->second.values ? wideBeam() : ball();
-    scene.steps.push_back(step);
+    auto& data = scene.layers.emplace_back();
+    data.step = step;
     if (found->second.values) {
-        scene.values.push_back(valuesOf(*step, found->second.values));
+        data.values = valuesOf(*step, found->second.values);
         return scene;
     }
-    scene.highlights.push_back(step);
-    scene.paths.push_back(spirals());
+    data.highlight = step;
+    data.paths = spirals();
     return scene;
 }
 
@@ -305,9 +306,11 @@ render::Scene makeHybridScene(const std::string& name) {
     if (found == views().end()) throw std::invalid_argument("no golden scene is called " + name);
     render::Scene scene{viewOf(found->second), {}};
     for (const auto& layer : scene.view.layers) {
-        const bool hybrid = layer.hybrid() != nullptr;
-        scene.hybrids.push_back(hybrid ? machine(hybridStyleOf(*layer.hybrid()).representation) : nullptr);
-        scene.steps.push_back(hybrid ? nullptr : beamInside());
+        auto& data = scene.layers.emplace_back();
+        if (layer.hybrid() != nullptr)
+            data.hybrid = machine(hybridStyleOf(*layer.hybrid()).representation);
+        else
+            data.step = beamInside();
     }
     return scene;
 }
@@ -613,13 +616,11 @@ render::Scene makeScene(const std::string& name) {
         return colored ? *std::move(colored) : makeHybridScene(name);
     }
     render::Scene scene{viewOf(found->second.view), {}};
-    for (const auto make : found->second.steps) scene.steps.push_back(make());
-    if (found->second.view == byPlot) resolveByPlot(particlesIn(scene), plotOf(*scene.steps[0]));
+    for (const auto make : found->second.steps) scene.layers.push_back({.step = make()});
+    if (found->second.view == byPlot) resolveByPlot(particlesIn(scene), plotOf(*scene.layers[0].step));
     if (found->second.dots != nullptr) scene.dots = found->second.dots(scene.view);
     if (found->second.mesh == nullptr) return scene;
-    scene.steps.emplace_back();
-    scene.meshes.resize(scene.view.layers.size());
-    scene.meshes.back() = meshOf(found->second.mesh, 0, 0);
+    scene.layers.push_back({.mesh = meshOf(found->second.mesh, 0, 0)});
     return scene;
 }
 

@@ -85,7 +85,7 @@ render::Scene sceneOf(const Case& of) {
     render::Scene scene{
         viewOf("{'width': 640, 'height': 360, 'camera': {'eye': [1.4, 1.1, 2.6], 'target': [0, 0, 0]},"
                "'layers': [{'particles': {}}]}"),
-        {step}};
+        {{.step = step}}};
     const auto points = static_cast<double>(step->pointCount());
     resolveByPlot(particlesIn(scene),
                   {step->logDensity(), step->pointCount(), step->nodes().density[0] / points});

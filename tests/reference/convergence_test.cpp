@@ -19,7 +19,7 @@ render::Scene beamScene() {
     return {test::viewOf("{'width': 96, 'height': 54, 'camera': {'eye': [1, 0.7, 2.2], 'target': [0, 0, 0]},"
                          "'layers': [{'particles': {'volume': {'curve': [{'density': 0.2, 'opacity': 0},"
                          "{'density': 1, 'opacity': 0.6}]}, 'points': {'opacity': 1}}}]}"),
-            {test::MemoryStep::make(points, {.leafCapacity = 32, .volumeLevel = 5})}};
+            {{.step = test::MemoryStep::make(points, {.leafCapacity = 32, .volumeLevel = 5})}}};
 }
 
 /// The greatest difference, in 8-bit steps of sRGB before rounding.

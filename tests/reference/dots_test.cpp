@@ -70,8 +70,8 @@ TEST(ReferenceDots, StandBetweenPoints) {
         test::viewOf("{'width': 40, 'height': 40, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0],"
                      "'orthographicHeight': 2}, 'layers': [{'particles': {'volume': {'curve':"
                      "[{'density': 0, 'opacity': 0}]}, 'points': {'opacity': 0.5, 'color': [1, 0, 0]}}}]}"),
-        {test::MemoryStep::make({{{0.5125, 0.4875, 0.25}}, {{0.5125, 0.4875, 0.75}}},
-                                {.volumeLevel = 0, .volume = {0.0F}})},
+        {{.step = test::MemoryStep::make({{{0.5125, 0.4875, 0.25}}, {{0.5125, 0.4875, 0.75}}},
+                                         {.volumeLevel = 0, .volume = {0.0F}})}},
         dots};
     // A red point, half of what is left the white dot, and half of that red again.
     const auto color = render(scene).at(20, 20);

@@ -35,8 +35,7 @@ std::string particles(const std::string& points, double opacity) {
 Scene dissolved(const Scene& scene, double w) {
     Scene two = scene;
     two.view.layers.push_back(two.view.layers[0]);
-    two.steps.push_back(two.steps[0]);
-    if (!two.hybrids.empty()) two.hybrids.push_back(two.hybrids[0]);
+    two.layers.push_back(two.layers[0]);
     two.view.layers[0].opacity *= w;
     two.view.layers[1].opacity *= 1.0 - w;
     return two;
@@ -59,17 +58,17 @@ TEST(ReferenceFading, AVolumeIsThinned) {
         view.layers[0].opacity = w;
         // Through two units, each 32 times the length of the curve's opacity.
         const double left = std::pow(0.98, 64.0 * w), blue = ColorMap::standard()(1.0).z;
-        EXPECT_NEAR(render({view, {step}}).at(10, 10).z, left + (1.0 - left) * blue, 1e-6);
+        EXPECT_NEAR(render({view, {{.step = step}}}).at(10, 10).z, left + (1.0 - left) * blue, 1e-6);
     }
 }
 
 TEST(ReferenceFading, APointHidesInProportionInEachPixel) {
     const auto step = MemoryStep::make({{{0.525, 0.525, 0.5}}}, {.volumeLevel = 0, .volume = {0.0F}});
     auto view = fadingView(particles("'opacity': 0.8, 'sizePixels': 4, 'color': [1, 0, 0]", 0.0));
-    const auto whole = render({view, {step}});
+    const auto whole = render({view, {{.step = step}}});
     for (const double w : {0.9, 0.5, 0.01}) {
         view.layers[0].opacity = w;
-        const auto some = render({view, {step}});
+        const auto some = render({view, {{.step = step}}});
         for (std::size_t i = 0; i < some.linear.size(); ++i)
             EXPECT_NEAR(some.linear[i].z, std::pow(whole.linear[i].z, w), 1e-12) << w;
     }
@@ -80,7 +79,7 @@ TEST(ReferenceFading, APointHidesInProportionInEachPixel) {
 TEST(ReferenceFading, TwoThatShareAPlotAreThePlot) {
     const auto step = MemoryStep::make(test::beam({.core = 500, .halo = 300, .filaments = 100}));
     for (const char* const points : {"'opacity': 0.9, 'sizePixels': 0.5", "'opacity': 1, 'sizePixels': 3"}) {
-        const Scene scene{fadingView(particles(points, 0.1)), {step}};
+        const Scene scene{fadingView(particles(points, 0.1)), {{.step = step}}};
         const auto whole = render(scene);
         for (const double w : {0.0, 0.3, 0.999, 1.0})
             EXPECT_LT(greatestDifference(render(dissolved(scene, w)), whole), 1e-9) << points << ' ' << w;
@@ -90,9 +89,9 @@ TEST(ReferenceFading, TwoThatShareAPlotAreThePlot) {
 TEST(ReferenceFading, TwoThatShareAVolumeAreTheVolume) {
     using enum HybridRepresentation;
     for (const auto parts : {residual, points}) {
-        Scene scene{fadingView("{'hybrid': {}}"), {nullptr}};
-        scene.hybrids = {test::hybridOf({.threshold = 0.1, .parts = parts}, test::machineParts)};
-        scene.view.camera = fitCamera(scene.hybrids[0]->bounds(), 1.0);
+        const auto hybrid = test::hybridOf({.threshold = 0.1, .parts = parts}, test::machineParts);
+        Scene scene{fadingView("{'hybrid': {}}"), {{.hybrid = hybrid}}};
+        scene.view.camera = fitCamera(hybrid->bounds(), 1.0);
         const auto whole = render(scene);
         for (const double w : {0.0, 0.4, 1.0})
             EXPECT_LT(greatestDifference(render(dissolved(scene, w)), whole), 1e-9) << w;
@@ -102,8 +101,7 @@ TEST(ReferenceFading, TwoThatShareAVolumeAreTheVolume) {
 TEST(ReferenceFading, OfNothingThereAreNoData) {
     Scene scene{fadingView("{'particles': {}}, {'hybrid': {}}, {'mesh': {}}, {'ink': {}}"), {}};
     for (auto& layer : scene.view.layers) layer.opacity = 0.0;
-    scene.steps.resize(4);
-    scene.hybrids.resize(4);
+    scene.layers.resize(4);
     for (const auto& color : render(scene).linear) EXPECT_EQ(color, glm::dvec3(0.0, 0.0, 1.0));
 }
 
@@ -118,9 +116,10 @@ TEST(ReferenceFading, SheetsOfAMeshGrowPaleOneByOne) {
         mesh.triangles.push_back({first, first + 1, first + 2});
         mesh.triangles.push_back({first, first + 2, first + 3});
     }
-    Scene scene{fadingView("{'opacity': 0.5, 'mesh': {'opacity': 0.6, 'color': [0, 0, 0]}}"), {nullptr}};
-    scene.meshes = {std::make_shared<const render::MeshSurface>(std::move(mesh),
-                                                                Bounds{{-1.0, -1.0, 0.0}, {1.0, 1.0, 0.5}})};
+    const auto surface = std::make_shared<const render::MeshSurface>(
+        std::move(mesh), Bounds{{-1.0, -1.0, 0.0}, {1.0, 1.0, 0.5}});
+    const Scene scene{fadingView("{'opacity': 0.5, 'mesh': {'opacity': 0.6, 'color': [0, 0, 0]}}"),
+                      {{.mesh = surface}}};
     EXPECT_NEAR(render(scene).at(10, 5).z, 0.7 * 0.7, 1e-12);
 }
 

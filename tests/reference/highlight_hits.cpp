@@ -43,7 +43,7 @@ Depths shaded(const std::vector<glm::dvec3>& inEye, const Depths& box) {
 void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
     const View& view = scene.view;
     const auto& highlight = view.layers[layer].highlight;
-    if (!highlight || layer >= scene.highlights.size() || scene.highlights[layer] == nullptr) return;
+    if (!highlight || scene.layers[layer].highlight == nullptr) return;
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
     const Depths box = boxDepths(layerToEye);
     const double stands =
@@ -52,7 +52,7 @@ void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
                     highlight->opacity, highlight->color};
     std::vector<glm::dvec3> inEye;
     forPoints(
-        *scene.highlights[layer], [](std::size_t) { return 1.0; },
+        *scene.layers[layer].highlight, [](std::size_t) { return 1.0; },
         [&](std::uint64_t point, const glm::dvec3& place) {
             const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;
             if (cutAway(view.layers[layer], drawn)) return;

@@ -31,9 +31,7 @@ render::Scene sceneOf(std::shared_ptr<const render::GridField> step, const std::
                       const std::string& camera = "'orthographicHeight': 16") {
     return {test::viewOf("{'width': 32, 'height': 32, 'camera': {'eye': [0, 0, 40], 'target': [0, 0, 0], " +
                          camera + "}, 'layers': [{'hybrid': " + style + "}]}"),
-            {nullptr},
-            {},
-            {std::move(step)}};
+            {{.hybrid = std::move(step)}}};
 }
 
 const std::string noLight = "'light': {'ambient': 1, 'diffuse': 0, 'specular': 0}";
@@ -86,7 +84,7 @@ TEST(ReferenceHybrid, ACorrectedBrickIsTheSourceItself) {
     };
     const HybridShape shape{.source = {20, 18, 13}, .low = {4, 4, 4}, .boxToLayer = plainBox()};
     const auto scene = sceneOf(hybridOf(shape, field), "{'representation': 'residual'}");
-    const HybridField drawn(*scene.hybrids[0], scene.view.layers[0], scene.view.camera);
+    const HybridField drawn(*scene.layers[0].hybrid, scene.view.layers[0], scene.view.camera);
     const auto at = [&](double x, double y, double z) {
         return (glm::dvec3(x, y, z) + 0.5) / glm::dvec3(shape.source);
     };

@@ -21,11 +21,10 @@ render::Scene sceneOf(std::uint32_t width, std::uint32_t height, double opacity,
                       std::shared_ptr<const storage::ColorImage> image) {
     render::Scene scene{test::viewOf("{'width': 8, 'height': 8, 'background': [1, 1, 1], "
                                      "'layers': [{'dataset': 'a/b', 'image': {}}]}"),
-                        {nullptr}};
+                        {{.image = std::move(image)}}};
     scene.view.width = width;
     scene.view.height = height;
     scene.view.layers[0].opacity = opacity;
-    scene.images = {std::move(image)};
     return scene;
 }
 
@@ -97,10 +96,10 @@ TEST(ReferenceImages, AClipCutsInThePictureFromItsMiddle) {
 TEST(ReferenceImages, ALaterOneLiesOverAnEarlier) {
     auto scene = sceneOf(4, 4, 1.0, imageOf("even", 0));
     scene.view.layers.push_back(scene.view.layers[0]);
-    scene.steps.emplace_back();
-    scene.images.push_back(imageOf("even", 3));
-    expectLight(render(scene).at(1, 1), glm::dvec3(scene.images[1]->at(0, 0)));
-    ASSERT_NE(scene.images[0]->at(0, 0), scene.images[1]->at(0, 0));
+    scene.layers.push_back({.image = imageOf("even", 3)});
+    const auto &earlier = *scene.layers[0].image, &later = *scene.layers[1].image;
+    expectLight(render(scene).at(1, 1), glm::dvec3(later.at(0, 0)));
+    ASSERT_NE(earlier.at(0, 0), later.at(0, 0));
 }
 
 }  // namespace

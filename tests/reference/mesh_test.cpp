@@ -38,8 +38,7 @@ render::Scene sceneOf(const std::shared_ptr<const render::MeshSurface>& mesh, co
         test::viewOf("{'width': 40, 'height': 40, 'camera': {'eye': [0, 0, " + std::to_string(eye) +
                      "], 'target': [0, 0, 0], 'orthographicHeight': 2}, 'layers': [{'mesh': {" + style +
                      "}}]}"),
-        {nullptr}};
-    scene.meshes = {mesh};
+        {{.mesh = mesh}}};
     return scene;
 }
 

@@ -65,9 +65,9 @@ TEST(ReferenceMixing, APointInsideTheVolumeIsDimmedByWhatIsInFront) {
     for (const double z : {0.001, 0.25, 0.5, 0.9}) {
         const auto step = evenVolumeWith({{{0.5, 0.5, z}}});
         const double front = 1.0 - layerZ(z);
-        expectMixed(render({view(), {step}}).at(1, 1),
+        expectMixed(render({view(), {{.step = step}}}).at(1, 1),
                     through(front, pointOver(through(2.0 - front, background))));
-        expectMixed(render({view(), {step}}).at(0, 0), through(2.0, background));
+        expectMixed(render({view(), {{.step = step}}}).at(0, 0), through(2.0, background));
     }
 }
 
@@ -76,7 +76,7 @@ TEST(ReferenceMixing, SeveralPointsCutTheVolume) {
         evenVolumeWith({{{0.5, 0.5, 0.2}}, {{0.5, 0.5, 0.8}}, {{0.5, 0.5, 0.5}}, {{0.5, 0.5, 0.5}}});
     const double first = 1.0 - layerZ(0.8), second = 1.0 - layerZ(0.5), third = 1.0 - layerZ(0.2);
     const glm::dvec3 behindSecond = through(third - second, pointOver(through(2.0 - third, background)));
-    expectMixed(render({view(), {step}}).at(1, 1),
+    expectMixed(render({view(), {{.step = step}}}).at(1, 1),
                 through(first, pointOver(through(second - first, pointOver(pointOver(behindSecond))))));
 }
 
@@ -87,9 +87,11 @@ TEST(ReferenceMixing, APointOfAnotherLayerInFrontAndBehind) {
     scene.layers.push_back(scene.layers.front());
     scene.layers[1].particles()->mutable_volume()->mutable_curve(0)->set_opacity(0.0);
     scene.layers[1].transform[3][2] = 2.0;
-    expectMixed(render({scene, {volume, onePoint}}).at(1, 1), pointOver(through(2.0, background)));
+    expectMixed(render({scene, {{.step = volume}, {.step = onePoint}}}).at(1, 1),
+                pointOver(through(2.0, background)));
     scene.layers[1].transform[3][2] = -2.0;
-    expectMixed(render({scene, {volume, onePoint}}).at(1, 1), through(2.0, pointOver(background)));
+    expectMixed(render({scene, {{.step = volume}, {.step = onePoint}}}).at(1, 1),
+                through(2.0, pointOver(background)));
 }
 
 TEST(ReferenceMixing, OverlappingVolumesAddTheirExtinctionsAndEmissions) {
@@ -108,10 +110,10 @@ TEST(ReferenceMixing, OverlappingVolumesAddTheirExtinctionsAndEmissions) {
     const glm::dvec3 expected = over(
         0.5 * other, b,
         over(1.5 * (one + other), (one * a + other * b) / (one + other), over(0.5 * one, a, background)));
-    expectMixed(render({scene, {step, step}}).at(1, 1), expected);
+    expectMixed(render({scene, {{.step = step}, {.step = step}}}).at(1, 1), expected);
     // The order of the layers says nothing.
     std::swap(scene.layers[0], scene.layers[1]);
-    expectMixed(render({scene, {step, step}}).at(1, 1), expected);
+    expectMixed(render({scene, {{.step = step}, {.step = step}}}).at(1, 1), expected);
 }
 
 TEST(ReferenceMixing, AnOpaquePointHidesAllButALimit) {
@@ -120,7 +122,7 @@ TEST(ReferenceMixing, AnOpaquePointHidesAllButALimit) {
     const auto step = evenVolumeWith({{{0.5, 0.5, 0.75}}});
     const double front = 1.0 - layerZ(0.75);
     const double limit = ParticlesStyle::opacityLimit;
-    expectMixed(render({scene, {step}}).at(1, 1),
+    expectMixed(render({scene, {{.step = step}}}).at(1, 1),
                 through(front, limit * point + (1.0 - limit) * through(2.0 - front, background)));
 }
 

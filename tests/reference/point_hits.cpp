@@ -80,14 +80,14 @@ PointHits::PointHits(const render::Scene& scene, const Options& options)
             addPaths(scene, layer);
         }
         if (scene.view.layers[layer].mesh() != nullptr)
-            meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
+            meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.layers[layer].mesh);
         if (showsSight(scene.view.layers[layer])) {
-            sights_.emplace_back(scene.view, scene.view.layers[layer], *scene.hybrids[layer],
+            sights_.emplace_back(scene.view, scene.view.layers[layer], *scene.layers[layer].hybrid,
                                  options.samplesPerCell);
         }
         if (scene.view.layers[layer].ink() != nullptr) addInk(scene, layer);
         if (scene.view.layers[layer].image() != nullptr)
-            images_.emplace_back(scene.view, scene.view.layers[layer], *scene.images[layer]);
+            images_.emplace_back(scene.view, scene.view.layers[layer], *scene.layers[layer].image);
     }
     for (const auto& one : options.strokes) strokes_.emplace_back(scene.view, *one);
     if (scene.dots != nullptr) addDots(scene);
@@ -112,7 +112,7 @@ void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
     Layer whole = scene.view.layers[layer];
     const double opacity = std::exchange(whole.opacity, 1.0);
     inks_.push_back(render::inkOf(whole, inkStyleOf(*whole.ink(), whole.inkIsDark),
-                                  render::inkDataOf(scene, layer), plan, 1.0, {}));
+                                  render::inkDataOf(whole, scene.layers[layer]), plan, 1.0, {}));
     if (inks_.back().wash != nullptr)
         inks_.back().wash->make({0, 0, plan.width, plan.height}, inks_.back().fragments);
     for (auto& fragment : inks_.back().fragments) fragment.opacity *= static_cast<float>(opacity);
@@ -123,11 +123,11 @@ void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
 /// As with ink, which strokes there are the functions that make them say; here they are drawn.
 void PointHits::addPaths(const render::Scene& scene, std::uint32_t layer) {
     const Layer& of = scene.view.layers[layer];
-    if (!of.paths || layer >= scene.paths.size() || scene.paths[layer] == nullptr) return;
+    if (!of.paths || scene.layers[layer].paths == nullptr) return;
     const render::FramePlan plan{
         .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
     paths_.push_back(render::pathStrokes(of, *of.paths, render::particlesStyleOf(scene, layer).pointColor,
-                                         *scene.paths[layer], plan, 1.0));
+                                         *scene.layers[layer].paths, plan, 1.0));
     if (paths_.back().empty()) return;
     strokes_.emplace_back(scene.view, paths_.back());
     // docs/PICTURE.md, "Paths": the casing lies behind them.
@@ -158,14 +158,14 @@ PointHits::Look PointHits::lookOf(const View& view, const glm::dmat4& transform,
 
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const View& view = scene.view;
-    const storage::ParticleStep& step = *scene.steps[layer];
+    const storage::ParticleStep& step = *scene.layers[layer].step;
     const ParticlesStyle style = render::particlesStyleOf(scene, layer);
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
     const Look look = lookOf(view, view.layers[layer].transform, style);
     const VolumeField volume = volumeOf(scene, layer, style);
     const auto nodes = step.nodes();
-    const bool colored =
-        view.layers[layer].colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
+    const auto& values = scene.layers[layer].values;
+    const bool colored = view.layers[layer].colorBy && values != nullptr;
     const LogDensity scale = step.logDensity();
     const auto leaves = step.leaves();
     const auto fraction = [&](std::size_t leaf) {
@@ -180,7 +180,7 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
             weighed = leaves.pointBegin[leaf] + leaves.pointCount[leaf];
             weight = all / (leaves.pointCount[leaf] * style.meanWeight);
         }
-        const auto code = colored ? scene.values[layer]->codes.at(point) : render::noValue;
+        const auto code = colored ? values->codes.at(point) : render::noValue;
         const double value =
             code == render::noValue ? none : static_cast<double>(code) / render::greatestValue;
         const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;

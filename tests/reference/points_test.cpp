@@ -45,7 +45,7 @@ void expectColor(const glm::dvec3& actual, const glm::dvec3& expected, double to
 
 TEST(ReferencePoints, OnePointFillsItsPixelOnly) {
     const auto step = pointsOnly({{{0.525, 0.325, 0.5}}});  // the middle of pixel (10, 13)
-    const auto picture = render({squareView("'opacity': 0.75, 'color': [1, 0, 1]"), {step}});
+    const auto picture = render({squareView("'opacity': 0.75, 'color': [1, 0, 1]"), {{.step = step}}});
     ASSERT_EQ(picture.linear.size(), 400U);
     for (std::uint32_t row = 0; row < 20; ++row) {
         for (std::uint32_t column = 0; column < 20; ++column) {
@@ -63,7 +63,7 @@ TEST(ReferencePoints, PerspectiveShrinksWithDepth) {
         render({viewOf("{'width': 80, 'height': 40, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0],"
                        "'fovYDegrees': 90}, 'layers': [{'particles': {'volume': {'curve': ["
                        "{'density': 0, 'opacity': 0}]}, 'points': {'opacity': 0.5, 'color': [1, 1, 1]}}}]}"),
-                {step}});
+                {{.step = step}}});
     for (std::uint32_t row = 0; row < 40; ++row) {
         for (std::uint32_t column = 0; column < 80; ++column) {
             expectColor(picture.at(column, row), glm::dvec3(column == 42 && row == 17 ? 0.5 : 0.0));
@@ -74,8 +74,8 @@ TEST(ReferencePoints, PerspectiveShrinksWithDepth) {
 TEST(ReferencePoints, ManyPointsLeaveAPower) {
     for (const int count : {1, 2, 7, 60}) {
         const auto step = pointsOnly(std::vector<WeightedPoint>(count, {{0.525, 0.525, 0.4}}));
-        const auto picture =
-            render({squareView("'opacity': 0.3, 'color': [1, 0, 0]", "'background': [0, 0, 1],"), {step}});
+        const auto picture = render(
+            {squareView("'opacity': 0.3, 'color': [1, 0, 0]", "'background': [0, 0, 1],"), {{.step = step}}});
         const double left = std::pow(0.7, count);
         expectColor(picture.at(10, 9), {1.0 - left, 0.0, left});
         expectColor(picture.at(9, 9), {0.0, 0.0, 1.0});
@@ -85,13 +85,14 @@ TEST(ReferencePoints, ManyPointsLeaveAPower) {
 TEST(ReferencePoints, BelowOnePixelThePointIsAsOpaqueAsItIsLarge) {
     const auto step = pointsOnly({{{0.525, 0.525, 0.5}}});
     const auto picture =
-        render({squareView("'opacity': 0.8, 'sizePixels': 0.5, 'color': [1, 1, 1]"), {step}});
+        render({squareView("'opacity': 0.8, 'sizePixels': 0.5, 'color': [1, 1, 1]"), {{.step = step}}});
     expectColor(picture.at(10, 9), glm::dvec3(0.8 * 0.25));
 }
 
 TEST(ReferencePoints, ADiscCoversItsPixelsByDistance) {
     const auto step = pointsOnly({{{0.525, 0.525, 0.5}}});  // pixel (10, 9)
-    const auto picture = render({squareView("'opacity': 0.8, 'sizePixels': 3, 'color': [1, 1, 1]"), {step}});
+    const auto picture =
+        render({squareView("'opacity': 0.8, 'sizePixels': 3, 'color': [1, 1, 1]"), {{.step = step}}});
     // A position is rounded to 1/65536 of the box: a thousandth of a pixel at most, times the coverage's
     // slope of 1.
     constexpr double position = 1e-3;
@@ -107,11 +108,11 @@ TEST(ReferencePoints, ADiscBeyondTheBorderReachesIn) {
     const auto step = pointsOnly({{{0.0, 0.525, 0.5}}});
     auto view = squareView("'opacity': 0.8, 'sizePixels': 4, 'color': [1, 1, 1]");
     view.layers[0].transform[3][0] = -0.11;  // a picture's width is 2
-    const auto picture = render({view, {step}});
+    const auto picture = render({view, {{.step = step}}});
     expectColor(picture.at(0, 9), glm::dvec3(0.8 * (2.5 - 1.6)), 1e-3);
     expectColor(picture.at(1, 9), glm::dvec3(0.0), 1e-3);
     view.layers[0].particles()->mutable_points()->set_size_pixels(1.0);
-    expectColor(render({view, {step}}).at(0, 9), glm::dvec3(0.0));
+    expectColor(render({view, {{.step = step}}}).at(0, 9), glm::dvec3(0.0));
 }
 
 TEST(ReferencePoints, DiscsHaveTheirAreaOnAverage) {
@@ -131,7 +132,7 @@ TEST(ReferencePoints, DiscsHaveTheirAreaOnAverage) {
         view.width = view.height = 240;  // 12 pixels a disc: they do not touch
         view.layers[0].particles()->mutable_points()->set_size_pixels(size);
         double sum = 0.0;
-        for (const auto& color : render({view, {step}}).linear) sum += color.x;
+        for (const auto& color : render({view, {{.step = step}}}).linear) sum += color.x;
         EXPECT_NEAR(sum / (0.5 * 400.0), std::numbers::pi * (0.25 * size * size + 1.0 / 12.0), 0.125) << size;
     }
 }
@@ -147,12 +148,12 @@ TEST(ReferencePoints, NothingIsSeenTooNearToAPerspectiveEye) {
     };
     const auto tooNear = pointsOnly({{{0.5, 0.5, 0.51}}});
     const auto seen = pointsOnly({{{0.5, 0.5, 0.49}}});
-    expectColor(render({view(""), {tooNear}}).at(1, 1), glm::dvec3(0.0));
-    expectColor(render({view(""), {seen}}).at(1, 1), glm::dvec3(ParticlesStyle::opacityLimit));
+    expectColor(render({view(""), {{.step = tooNear}}}).at(1, 1), glm::dvec3(0.0));
+    expectColor(render({view(""), {{.step = seen}}}).at(1, 1), glm::dvec3(ParticlesStyle::opacityLimit));
     // An orthographic eye sees what lies behind it too.
     auto behind = view(", 'orthographicHeight': 2");
     behind.camera.eye.z = -0.5;
-    expectColor(render({behind, {tooNear}}).at(1, 1), glm::dvec3(ParticlesStyle::opacityLimit));
+    expectColor(render({behind, {{.step = tooNear}}}).at(1, 1), glm::dvec3(ParticlesStyle::opacityLimit));
 }
 
 TEST(ReferencePoints, TheFractionIsTakenFromTheHeadOfEachLeaf) {
@@ -168,10 +169,10 @@ TEST(ReferencePoints, TheFractionIsTakenFromTheHeadOfEachLeaf) {
                           curve);
     };
     const auto thin =
-        render({view("[{'density': 0, 'fraction': 1}, {'density': 1, 'fraction': 0}]"), {step}});
+        render({view("[{'density': 0, 'fraction': 1}, {'density': 1, 'fraction': 0}]"), {{.step = step}}});
     expectColor(thin.at(15, 4), glm::dvec3(0.01));
     expectColor(thin.at(5, 14), glm::dvec3(0.0));
-    const auto quarter = render({view("[{'density': 1, 'fraction': 0.25}]"), {step}});
+    const auto quarter = render({view("[{'density': 1, 'fraction': 0.25}]"), {{.step = step}}});
     // floor(16 + u) with u in [0, 1) is 16.
     expectColor(quarter.at(5, 14), glm::dvec3(1.0 - std::pow(0.99, 16)));
 }
@@ -183,7 +184,7 @@ TEST(ReferencePoints, LayersShareOneDepth) {
     writeColor({0.0, 1.0, 0.0}, view.layers[1].particles()->mutable_points()->mutable_color());
     for (const double nearer : {-0.5, 0.5}) {
         view.layers[1].transform[3][2] = nearer;  // towards the eye
-        const auto color = render({view, {step, step}}).at(10, 9);
+        const auto color = render({view, {{.step = step}, {.step = step}}}).at(10, 9);
         expectColor(color, nearer > 0.0 ? glm::dvec3(0.25, 0.5, 0.0) : glm::dvec3(0.5, 0.25, 0.0));
     }
 }
@@ -192,13 +193,13 @@ TEST(ReferencePoints, DoubtfulPixelsAreMarked) {
     // On the border of columns 9 and 10, and away from any.
     const auto onBorder = pointsOnly({{{0.5, 0.525, 0.5}}});
     auto view = squareView("'opacity': 0.5, 'color': [1, 0, 0]");
-    const auto picture = render({view, {onBorder}});
+    const auto picture = render({view, {{.step = onBorder}}});
     for (std::uint32_t i = 0; i < 400; ++i) {
         EXPECT_EQ(picture.ambiguous[i], i == 9 * 20 + 9 || i == 9 * 20 + 10 ? 1 : 0) << i;
     }
     view.layers[0].particles()->mutable_points()->set_size_pixels(
         2.0);  // a disc is continuous in its place: never in doubt
-    const auto disc = render({view, {onBorder}});
+    const auto disc = render({view, {{.step = onBorder}}});
     EXPECT_EQ(std::count(disc.ambiguous.begin(), disc.ambiguous.end(), 1), 0);
 }
 

@@ -56,7 +56,8 @@ class Renderer {
                 fields_.push_back(
                     std::make_unique<VolumeField>(volumeOf(scene, i, render::particlesStyleOf(scene, i))));
             else if (layer.hybrid() != nullptr && !showsSight(layer))
-                fields_.push_back(std::make_unique<HybridField>(*scene.hybrids[i], layer, view_.camera));
+                fields_.push_back(
+                    std::make_unique<HybridField>(*scene.layers[i].hybrid, layer, view_.camera));
             else
                 continue;
             opacity_.push_back(layer.opacity);
@@ -178,7 +179,7 @@ class Renderer {
 }  // namespace
 
 Picture render(const render::Scene& scene, const Options& options) {
-    MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
+    MOTE_CHECK(scene.layers.size() == scene.view.layers.size());
     const Renderer renderer(scene, options);
     Picture picture{scene.view.width, scene.view.height, {}, renderer.ambiguous()};
     picture.linear.resize(picture.ambiguous.size());

@@ -14,8 +14,7 @@ namespace mote::test {
 /// The style of a layer in the scene, which has it from then on whatever its view says; as it was, or as the
 /// view says it in a plot of which nothing is known.
 inline ParticlesStyle& particlesIn(render::Scene& scene, std::size_t layer = 0) {
-    scene.particles.resize(std::max(scene.particles.size(), layer + 1));
-    auto& style = scene.particles[layer];
+    auto& style = scene.layers[layer].particles;
     if (!style) style = particlesStyleOf(*scene.view.layers[layer].particles());
     return *style;
 }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace mote::reference {
 namespace {
@@ -102,7 +103,10 @@ class VolumeField::ThickCells {
   public:
     using Place = std::array<std::int64_t, 3>;
 
-    ThickCells(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all, int level) : level_(level) {
+    /// `thin`: how much is not thick at all; `densest`: what leaves count as at most.
+    ThickCells(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all, int level, double thin,
+               double densest)
+        : level_(level), thin_(thin), densest_(densest) {
         // The cells around what is seen, one more on each side, within the plot.
         const std::int64_t side = std::int64_t{1} << level;
         low_.fill(side);
@@ -190,10 +194,10 @@ class VolumeField::ThickCells {
         }
         forCells(leaf, [&](const Place& cell, double part) {
             auto& weight = weights_[index(cell)];
-            weight.sum += part * leaf.density;
+            weight.sum += part * std::min(leaf.density, densest_);
             if (leaf.density >= leastSeen) weight.dense += part * leaf.density;
             if (leaf.density < leastSeen) weight.beside += part * leaf.density * leaf.points;
-            weight.moment += part * leaf.density * at;
+            weight.moment += part * std::min(leaf.density, densest_) * at;
         });
     }
 
@@ -237,10 +241,11 @@ class VolumeField::ThickCells {
         if (!(glm::determinant(spread) > 0.0)) return 0.0;
         const glm::dmat3 inverse = glm::inverse(spread);
         const double harmonic = 1.0 / (inverse[0][0] + inverse[1][1] + inverse[2][2]);
-        return std::clamp((harmonic - 0.15) / 0.03, 0.0, 1.0);
+        return std::clamp((harmonic - thin_) / 0.03, 0.0, 1.0);
     }
 
     int level_;
+    double thin_, densest_;
     Place low_{}, last_{};
     std::vector<Weight> weights_;
     std::vector<double> thick_;
@@ -382,11 +387,20 @@ std::array<std::int64_t, 3> VolumeField::cellOf(const Leaf& leaf, int level) {
 /// docs/PICTURE.md, "Share": a leaf's cells are of the volume's level, or of the one above its own where that
 /// is coarser.
 void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all) {
-    std::map<int, ThickCells> levels;
+    // Of leaves as large as cells, what is denser counts as the densest of them.
+    double densest = 0.0;
+    for (const auto& leaf : leaves)
+        if (leaf.level == level_) densest = std::max(densest, leaf.density);
+    std::map<std::pair<int, bool>, ThickCells> looks;
     for (const auto& leaf : leaves) {
         const int level = std::min(level_, std::max(leaf.level - 1, 0));
-        auto found = levels.find(level);
-        if (found == levels.end()) found = levels.emplace(level, ThickCells(leaves, all, level)).first;
+        const std::pair look{level, leaf.level == level_ && level_ > 2};
+        auto found = looks.find(look);
+        if (found == looks.end()) {
+            const double most = look.second ? densest : std::numeric_limits<double>::infinity();
+            found =
+                looks.emplace(look, ThickCells(leaves, all, level, look.second ? 0.13 : 0.15, most)).first;
+        }
         const double thick = std::round(255.0 * found->second.share(cellOf(leaf, level)));
         shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(thick * leaf.evenness) / 255.0;
     }
@@ -440,10 +454,10 @@ std::vector<HalfSpace> VolumeField::within() const {
 
 VolumeField volumeOf(const render::Scene& scene, std::size_t layer, const ParticlesStyle& style) {
     const auto& colorBy = scene.view.layers[layer].colorBy;
-    const bool colored = colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
-    if (!colored) return {*scene.steps[layer], style};
+    const auto& data = scene.layers[layer];
+    if (!colorBy || data.values == nullptr) return {*data.step, style};
     const auto map = colorMapOf(*colorBy);
-    return {*scene.steps[layer], style, scene.values[layer].get(), &map};
+    return {*data.step, style, data.values.get(), &map};
 }
 
 }  // namespace mote::reference

@@ -56,7 +56,7 @@ TEST(ReferenceVolume, EvenDensityDimsByBeerAndLambert) {
     const glm::dvec3 own = ColorMap::find("viridis").value()(0.7);
     for (const char* camera : {perspective, orthographic}) {
         const auto scene = view(camera, onePercent, "[1, 1, 1]");
-        const auto picture = render({scene, {step}});
+        const auto picture = render({scene, {{.step = step}}});
         for (std::uint32_t row = 0; row < 11; ++row) {
             for (std::uint32_t column = 0; column < 21; ++column) {
                 // Every ray enters at z = 1 and leaves at z = -1.
@@ -80,7 +80,7 @@ TEST(ReferenceVolume, LengthIsMeasuredInLayerSpace) {
     for (const glm::dvec3& size : {glm::dvec3(1.0, 1.0, 3.0), glm::dvec3(0.2), glm::dvec3(7.0, 2.0, 0.1)}) {
         auto scene = view(orthographic, onePercent);
         scene.layers[0].transform = glm::scale(glm::dmat4(1.0), size);
-        expectVolumeColor(render({scene, {step}}).at(10, 5), (1.0 - left) * own, 1e-7);
+        expectVolumeColor(render({scene, {{.step = step}}}).at(10, 5), (1.0 - left) * own, 1e-7);
     }
 }
 
@@ -89,13 +89,15 @@ TEST(ReferenceVolume, ARaySeesOnlyWhatIsInFrontOfTheEye) {
     const glm::dvec3 own = ColorMap::find("viridis").value()(1.0);
     // The nearest depth is a thousandth of the distance to the target, 0.02.
     const auto inside = view("'eye': [0, 0, 0], 'target': [0, 0, -20]", onePercent);
-    expectVolumeColor(render({inside, {step}}).at(10, 5), (1.0 - std::pow(0.99, 32.0 * 0.98)) * own, 1e-7);
+    expectVolumeColor(render({inside, {{.step = step}}}).at(10, 5), (1.0 - std::pow(0.99, 32.0 * 0.98)) * own,
+                      1e-7);
     const auto away = view("'eye': [0, 0, 4], 'target': [0, 0, 5]", onePercent);
-    expectVolumeColor(render({away, {step}}).at(10, 5), glm::dvec3(0.0));
+    expectVolumeColor(render({away, {{.step = step}}}).at(10, 5), glm::dvec3(0.0));
     // Orthographic: also what is behind.
     const auto parallel =
         view("'eye': [0, 0, 0], 'target': [0, 0, -20], 'orthographicHeight': 0.8", onePercent);
-    expectVolumeColor(render({parallel, {step}}).at(10, 5), (1.0 - std::pow(0.99, 64.0)) * own, 1e-7);
+    expectVolumeColor(render({parallel, {{.step = step}}}).at(10, 5), (1.0 - std::pow(0.99, 64.0)) * own,
+                      1e-7);
 }
 
 TEST(ReferenceVolume, CellsAreInterpolatedBetweenTheirCentres) {
@@ -133,9 +135,9 @@ TEST(ReferenceVolume, ARampAlongTheRayIsIntegrated) {
                       "[0, 0, 0]", "{'linked': false, 'curve': [{'density': 0, 'fraction': 0}]}");
     const auto transmittance = [&](double samples) {
         scene.background = glm::dvec3(1.0);
-        const auto lit = render({scene, {step}}, {samples}).at(10, 5).x;
+        const auto lit = render({scene, {{.step = step}}}, {samples}).at(10, 5).x;
         scene.background = glm::dvec3(0.0);
-        return lit - render({scene, {step}}, {samples}).at(10, 5).x;
+        return lit - render({scene, {{.step = step}}}, {samples}).at(10, 5).x;
     };
     const double depth = -32.0 * std::log(0.95);
     EXPECT_NEAR(-std::log(transmittance(64.0)), depth, 1e-4);
@@ -176,7 +178,8 @@ TEST(ReferenceVolume, EmptyCellsAreClear) {
     const auto step =
         MemoryStep::make({}, {.volumeLevel = 1, .logDensity = scale, .volume = std::vector<float>(8, 0.0F)});
     const auto scene = view(perspective, "[{'density': 0, 'opacity': 1}]", "[1, 1, 1]");
-    for (const auto& color : render({scene, {step}}).linear) expectVolumeColor(color, glm::dvec3(1.0));
+    for (const auto& color : render({scene, {{.step = step}}}).linear)
+        expectVolumeColor(color, glm::dvec3(1.0));
 }
 
 TEST(ReferenceVolume, WhatIsThinnerThanTheScaleIsAsAtItsEnd) {
@@ -184,7 +187,7 @@ TEST(ReferenceVolume, WhatIsThinnerThanTheScaleIsAsAtItsEnd) {
     const auto scene = view(orthographic, onePercent, "[1, 1, 1]");
     const double left = std::pow(0.99, 64.0);
     const glm::dvec3 own = ColorMap::find("viridis").value()(0.0);
-    expectVolumeColor(render({scene, {step}}).at(10, 5), (1.0 - left) * own + left, 1e-7);
+    expectVolumeColor(render({scene, {{.step = step}}}).at(10, 5), (1.0 - left) * own + left, 1e-7);
 }
 
 }  // namespace

@@ -67,10 +67,12 @@ Error unknown() {
     return {ErrorCode::unsupported, "", "no step of the scene"};
 }
 
-template <class Steps, class Step>
-Result<render::RankSteps::Name> nameAmong(const Steps& steps, const Step& step) {
-    for (std::size_t i = 0; i < steps.size(); ++i)
-        if (steps[i].get() == &step) return render::RankSteps::Name{std::to_string(i), "digest"};
+template <class Step>
+Result<render::RankSteps::Name> nameAmong(const std::vector<render::LayerData>& layers,
+                                          std::shared_ptr<const Step> render::LayerData::*of,
+                                          const Step& step) {
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        if ((layers[i].*of).get() == &step) return render::RankSteps::Name{std::to_string(i), "digest"};
     return unknown();
 }
 
@@ -78,20 +80,20 @@ Result<render::RankSteps::Name> nameAmong(const Steps& steps, const Step& step) 
 
 Result<render::RankSteps::Name> SceneSteps::nameOf(const storage::ParticleStep& step) {
     if (onName) onName();
-    return nameAmong(steps_, step);
+    return nameAmong(layers_, &render::LayerData::step, step);
 }
 
 Result<std::shared_ptr<const storage::ParticleStep>> SceneSteps::open(const Name& name) {
-    if (!broken) return steps_.at(std::stoul(name.file));
+    if (!broken) return layers_.at(std::stoul(name.file)).step;
     return Error{ErrorCode::notFound, "/data/beam.mote/step-000000.h5", "is not there"};
 }
 
 Result<render::RankSteps::Name> SceneSteps::nameOf(const render::GridField& step) {
-    return nameAmong(hybrids_, step);
+    return nameAmong(layers_, &render::LayerData::hybrid, step);
 }
 
 Result<std::shared_ptr<const render::GridField>> SceneSteps::openGrid(const Name& name) {
-    return hybrids_.at(std::stoul(name.file));
+    return layers_.at(std::stoul(name.file)).hybrid;
 }
 
 void SceneSteps::beginPicture() {

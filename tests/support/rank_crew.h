@@ -42,7 +42,7 @@ class ThreadRanks {
 /// The steps of one scene.
 class SceneSteps final : public render::RankSteps {
   public:
-    explicit SceneSteps(const render::Scene& scene) : steps_(scene.steps), hybrids_(scene.hybrids) {}
+    explicit SceneSteps(const render::Scene& scene) : layers_(scene.layers) {}
 
     Result<Name> nameOf(const storage::ParticleStep& step) override;
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
@@ -56,8 +56,7 @@ class SceneSteps final : public render::RankSteps {
     bool broken = false;            ///< no step of particles can be opened
 
   private:
-    std::vector<std::shared_ptr<const storage::ParticleStep>> steps_;
-    std::vector<std::shared_ptr<const render::GridField>> hybrids_;
+    std::vector<render::LayerData> layers_;
 };
 
 class RankCrew {

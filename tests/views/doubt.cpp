@@ -26,9 +26,9 @@ constexpr double enoughCertain = 0.03;  // share in doubt with which no more sam
 
 /// The box of a layer in layer space; of dots, where they are made.
 Bounds boundsOf(const render::Scene& scene, std::size_t layer) {
-    if (layer < scene.meshes.size() && scene.meshes[layer]) return scene.meshes[layer]->bounds();
-    const bool hybrid = layer < scene.hybrids.size() && scene.hybrids[layer] != nullptr;
-    return hybrid ? scene.hybrids[layer]->bounds() : plotBounds;
+    const auto& data = scene.layers[layer];
+    if (data.mesh) return data.mesh->bounds();
+    return data.hybrid ? data.hybrid->bounds() : plotBounds;
 }
 
 /// How deep all is that a camera may see.
@@ -104,7 +104,7 @@ void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
         style.volumeOpacity = movedCurve(style.volumeOpacity, way * knotShift, 0.0, 1.0);
     }
     if (auto* const style = std::get_if<proto::HybridStyle>(&layer.style))
-        moveStyle(*style, *scene.hybrids[i], way);
+        moveStyle(*style, *scene.layers[i].hybrid, way);
     if (!layer.clip) return;
     const double extent = glm::length(boundsOf(scene, i).size());
     moveClips(*layer.clip->mutable_planes(), layer.clip->has_box() ? layer.clip->mutable_box() : nullptr,

@@ -30,12 +30,6 @@ Result<Step> chosen(const Selection& selection, const MemoryRun& run, std::uint3
     return Step(some);
 }
 
-template <class T>
-void put(std::vector<std::shared_ptr<const T>>& all, std::size_t index, std::shared_ptr<const T> part) {
-    all.resize(std::max(all.size(), index + 1));
-    all[index] = std::move(part);
-}
-
 proto::Selection anySelectionMessage(Random& random, std::uint32_t steps) {
     SelectionShape shape{.columns = {{"x", 0.0, 1.0}, {"y", 0.0, 1.0}, {"z", 0.0, 1.0}, {"px", -1.0, 1.0}},
                          .planes = "",
@@ -72,20 +66,20 @@ MemoryRun::Step withNumbers(std::shared_ptr<const MemoryStep> step) {
     return {std::move(step), std::move(numbers)};
 }
 
-Status addNumbers(const Layer& layer, const MemoryRun& run, std::size_t index, render::Scene& scene) {
-    const Step whole = scene.steps[index];
+Status addNumbers(const Layer& layer, const MemoryRun& run, render::LayerData& data) {
+    const Step whole = data.step;
     std::vector<std::uint32_t> sources;
     if (layer.select) {
         const auto step = chosen(*layer.select, run, layer.step, whole, &sources);
         MOTE_RETURN_IF_ERROR(step, "select");
-        scene.steps[index] = *step;
+        data.step = *step;
     }
     if (layer.highlight) {
         Selection both;
         both.all = {layer.select.value_or(Selection()), layer.highlight->selection};
         auto step = chosen(both, run, layer.step, whole, nullptr);
         MOTE_RETURN_IF_ERROR(step, "highlight");
-        put(scene.highlights, index, *std::move(step));
+        data.highlight = *std::move(step);
     }
     if (layer.colorBy) {
         const std::string& column = layer.colorBy->column();
@@ -96,14 +90,14 @@ Status addNumbers(const Layer& layer, const MemoryRun& run, std::size_t index, r
         MOTE_ASSIGN_OR_RETURN(const auto numbers, run.step(layer.step));
         auto values = render::pointValues(numbers, column, *range, sources, {});
         MOTE_RETURN_IF_ERROR(values, "colorBy");
-        if (scene.steps[index]->pointCount() == 0) values = std::make_shared<const render::PointValues>();
-        put(scene.values, index, *std::move(values));
+        if (data.step->pointCount() == 0) values = std::make_shared<const render::PointValues>();
+        data.values = *std::move(values);
     }
     if (layer.paths) {
         const std::vector<std::uint64_t> ids(layer.paths->ids().begin(), layer.paths->ids().end());
         auto paths = render::pointPaths(run, ids, {});
         MOTE_RETURN_IF_ERROR(paths, "paths");
-        put(scene.paths, index, *std::move(paths));
+        data.paths = *std::move(paths);
     }
     return success();
 }

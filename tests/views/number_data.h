@@ -20,9 +20,9 @@ namespace mote::test {
 /// Columns x, y, z (where points lie in the box), px (anything, NaN for some) and constant; ids are rows.
 MemoryRun::Step withNumbers(std::shared_ptr<const MemoryStep> step);
 
-/// Puts what a layer of particles asks for into a scene, in which its step lies already, as the server does.
-/// Errors: of the numbers that it asks for.
-Status addNumbers(const Layer& layer, const MemoryRun& run, std::size_t index, render::Scene& scene);
+/// Adds what a layer of particles asks for to its step, as the server does. Errors: of the numbers that it
+/// asks for.
+Status addNumbers(const Layer& layer, const MemoryRun& run, render::LayerData& data);
 
 /// Gives a layer of particles any of a selection, a highlight, a colour by a column and paths, or none.
 void setAnyNumbers(Random& random, std::uint32_t steps, proto::Layer& layer);

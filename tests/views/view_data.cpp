@@ -123,10 +123,10 @@ namespace {
 /// Of the last layer, whose ink is of what is left.
 void cutMesh(const HalfSpaces& clips, render::Scene& scene) {
     if (clips.empty()) return;
-    auto mesh = render::cutMesh(scene.meshes.back()->mesh(), clips);
-    if (mesh.triangles.empty()) scene.view.layers[scene.meshes.size() - 1].opacity = 0.0;
-    scene.meshes.back() =
-        std::make_shared<const render::MeshSurface>(std::move(mesh), scene.meshes.back()->bounds());
+    auto& surface = scene.layers.back().mesh;
+    auto mesh = render::cutMesh(surface->mesh(), clips);
+    if (mesh.triangles.empty()) scene.view.layers[scene.layers.size() - 1].opacity = 0.0;
+    surface = std::make_shared<const render::MeshSurface>(std::move(mesh), surface->bounds());
 }
 
 }  // namespace
@@ -136,28 +136,22 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
     MOTE_RETURN_IF_ERROR(name);
     if (layer.step >= steps)
         return Error{ErrorCode::notFound, "step", fmt::format("there are {} steps", steps)};
-    scene.steps.emplace_back();
-    scene.hybrids.emplace_back();
-    scene.meshes.emplace_back();
-    scene.images.emplace_back();
-    scene.densities.emplace_back();
+    auto& data = scene.layers.emplace_back();
     const bool inked = layer.ink() != nullptr;
-    if (name->kind == DataKind::particles && inked)
-        scene.densities.back() = render::densityGrid(*particles(*name, layer.step));
-    else if (name->kind == DataKind::particles)
-        scene.steps.back() = particles(*name, layer.step);
-    if (name->kind == DataKind::particles && !inked) {
-        const bool shown = layer.select || layer.highlight || layer.colorBy || layer.paths;
-        if (shown) MOTE_RETURN_IF_ERROR(addNumbers(layer, run(*name), scene.steps.size() - 1, scene));
+    if (name->kind == DataKind::particles && inked) {
+        data.density = render::densityGrid(*particles(*name, layer.step));
+    } else if (name->kind == DataKind::particles) {
+        data.step = particles(*name, layer.step);
+        MOTE_RETURN_IF_ERROR(addNumbers(layer, run(*name), data));
     }
     if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
-    if (name->kind == DataKind::image) scene.images.back() = imageOf(name->form, name->number);
-    if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
+    if (name->kind == DataKind::image) data.image = imageOf(name->form, name->number);
+    if (name->kind == DataKind::mesh) data.mesh = mesh(*name, layer.step);
     if (name->kind == DataKind::mesh && inked) cutMesh(layer.clips(), scene);
     if (name->kind != DataKind::hybrid) return success();
-    scene.hybrids.back() = hybrid(*name, layer.step);
+    data.hybrid = hybrid(*name, layer.step);
     return inked ? success()
-                 : checkRepresentation(hybridStyleOf(*layer.hybrid()).representation, *scene.hybrids.back());
+                 : checkRepresentation(hybridStyleOf(*layer.hybrid()).representation, *data.hybrid);
 }
 
 namespace {
@@ -180,11 +174,11 @@ Result<render::Scene> ViewData::scene(const proto::View& message) {
     for (std::size_t i = 0; i < view->layers.size(); ++i) {
         const auto added = add(view->layers[i], scene, *dots);
         if (!added.ok()) return added.error().within(fmt::format("layers[{}]", i));
-        auto& style = scene.particles.emplace_back();
+        auto& data = scene.layers[i];
         const auto* const said = scene.view.layers[i].particles();
-        if (said == nullptr || scene.steps[i] == nullptr) continue;
-        style = particlesStyleOf(*said, scene.view.height);
-        resolveByPlot(*style, plotOf(*scene.steps[i]));
+        if (said == nullptr || data.step == nullptr) continue;
+        data.particles = particlesStyleOf(*said, scene.view.height);
+        resolveByPlot(*data.particles, plotOf(*data.step));
     }
     if (!dots->empty()) scene.dots = std::move(dots);
     return scene;

@@ -99,28 +99,25 @@ struct LayerLowering {
     Lowering& out;
 
     const Layer& layer() const { return scene.view.layers[index]; }
+    const LayerData& data() const { return scene.layers[index]; }
     void operator()(const proto::ParticlesStyle&) const { lowerParticles(scene, index, out); }
     void operator()(const proto::HybridStyle& style) const {
-        MOTE_CHECK(index < scene.hybrids.size());
-        lowerHybrid(layer(), index, hybridStyleOf(style), scene.hybrids[index], out);
+        lowerHybrid(layer(), index, hybridStyleOf(style), data().hybrid, out);
     }
     void operator()(const StippleStyle&) const {}
     void operator()(const proto::InkStyle& message) const {
-        InkMemory* const memory = index < scene.inks.size() ? scene.inks[index].get() : nullptr;
         out.last.emplace_back([&layer = layer(), style = inkStyleOf(message, layer().inkIsDark),
-                               data = inkDataOf(scene, index), memory,
-                               &out = out] { lowerInk(layer, style, data, memory, out); });
+                               drawn = inkDataOf(layer(), data()), memory = data().ink.get(),
+                               &out = out] { lowerInk(layer, style, drawn, memory, out); });
     }
     void operator()(const MeshStyle& style) const {
-        MOTE_CHECK(index < scene.meshes.size());
-        out.last.emplace_back([&layer = layer(), &style, surface = scene.meshes[index], &out = out] {
+        out.last.emplace_back([&layer = layer(), &style, surface = data().mesh, &out = out] {
             lowerMesh(layer, style, surface, out);
         });
     }
     void operator()(const proto::ImageStyle&) const {
-        MOTE_CHECK(index < scene.images.size());
         // Those of the same depth lie behind one another as they are listed, and later images over earlier.
-        out.last.emplace(out.last.begin(), [&layer = layer(), image = scene.images[index], &out = out] {
+        out.last.emplace(out.last.begin(), [&layer = layer(), image = data().image, &out = out] {
             lowerImage(layer, image, out);
         });
     }
@@ -157,7 +154,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
                         DeviceAbilities device, Reading reading, const std::stop_token& stop) {
-    MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
+    MOTE_CHECK(scene.layers.size() == scene.view.layers.size());
     MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
     MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
     const View& view = scene.view;

@@ -22,30 +22,32 @@
 
 namespace mote::render {
 
+/// What a layer is drawn from, beside its settings in the view. Null is what these do not ask for; all of it,
+/// where there is nothing of the layer.
+struct LayerData {
+    std::shared_ptr<const storage::ParticleStep> step = {};  ///< of a layer of particles: those to be shown
+    /// How these are drawn, with what their plots say; where it is not known here, as in a plot of which
+    /// nothing is known (particlesStyleOf).
+    std::optional<ParticlesStyle> particles = {};
+    std::shared_ptr<const storage::ParticleStep> highlight = {};  ///< which of these are highlighted
+    std::shared_ptr<const PointValues> values = {};  ///< by what they are coloured, one value each of `step`
+    std::shared_ptr<const PointPaths> paths = {};    ///< the ways of some through all steps
+    /// Where they, or those of which they are chosen, go to Layer::towards.
+    std::shared_ptr<const PointWays> ways = {};
+    std::shared_ptr<const GridField> hybrid = {};
+    std::shared_ptr<const MeshSurface> mesh = {};
+    std::shared_ptr<const storage::ColorImage> image = {};
+    /// Of ink of particles: the field of their density (layers/ink/density_grid.h).
+    std::shared_ptr<const GridField> density = {};
+    /// Of a coherent drawing: what is remembered of the one before, and then of this one. Of one thread at a
+    /// time.
+    std::shared_ptr<InkMemory> ink = {};
+};
+
 struct Scene {
     View view;
-    std::vector<std::shared_ptr<const storage::ParticleStep>>
-        steps;                              ///< one a layer; null if it has no particles
+    std::vector<LayerData> layers = {};     ///< one a layer of the view
     std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
-    /// One a layer, null if it is of another kind; or empty if all are.
-    std::vector<std::shared_ptr<const GridField>> hybrids = {};
-    std::vector<std::shared_ptr<const MeshSurface>> meshes = {};          ///< likewise
-    std::vector<std::shared_ptr<const storage::ColorImage>> images = {};  ///< likewise
-    /// Likewise: how particles are drawn, with what their plots say; where it is not known here, as in a plot
-    /// of which nothing is known (particlesStyleOf).
-    std::vector<std::optional<ParticlesStyle>> particles = {};
-    /// Likewise: particles that are drawn as a field of their density (layers/ink/density_grid.h).
-    std::vector<std::shared_ptr<const GridField>> densities = {};
-    /// Likewise, of layers of particles: which points are highlighted; by what points are coloured, one value
-    /// each of its step's points; the ways of some through all steps.
-    std::vector<std::shared_ptr<const storage::ParticleStep>> highlights = {};
-    std::vector<std::shared_ptr<const PointValues>> values = {};
-    std::vector<std::shared_ptr<const PointPaths>> paths = {};
-    /// Likewise: where its points, or those of which the step's are chosen, go to Layer::towards.
-    std::vector<std::shared_ptr<const PointWays>> ways = {};
-    /// Likewise, of coherent drawings: what is remembered of the one before, and then of this one. Of one
-    /// thread at a time.
-    std::vector<std::shared_ptr<InkMemory>> inks = {};
 };
 
 }  // namespace mote::render

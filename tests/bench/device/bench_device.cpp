@@ -123,7 +123,7 @@ int measure(const render::Scene& scene, const Options& options) {
                             ? std::make_unique<render::CpuDevice>(render::CpuOptions{options.threads})
                             : render::createDevice(kind);
     auto made = run(*device, scene, options);
-    const auto& step = *scene.steps[0];
+    const auto& step = *scene.layers[0].step;
     const auto points = static_cast<double>(step.pointCount());
     const double bytes = points > 0.0 ? sizeof(storage::PackedPosition) +
                                             bytesOfLeaf * static_cast<double>(step.leaves().size()) / points

@@ -119,15 +119,17 @@ Result<render::Scene> makeScene(const SceneOptions& options) {
     view.camera = fitCamera({glm::dvec3(-1.0), glm::dvec3(1.0)}, view.aspect());
     if (options.filling) view.camera.eye = glm::mix(view.camera.target, view.camera.eye, nearer);
     view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), proto::ParticlesStyle()});
-    render::Scene scene{std::move(view), {std::move(data.step)}};
-    scene.particles = {styleOf(options, data.plot)};
+    render::Scene scene{std::move(view)};
+    auto& drawn = scene.layers.emplace_back();
+    drawn.step = std::move(data.step);
+    drawn.particles = styleOf(options, data.plot);
     if (options.colorBy.empty()) return scene;
     const bool nearest = options.colorBy == "nearest";
     proto::ColorBy colorBy;
     colorBy.set_column("value");
     colorBy.set_of_pixel(nearest ? "nearest" : "mean");
     MOTE_ASSIGN_OR_RETURN(scene.view.layers[0].colorBy, parseColorBy(colorBy));
-    scene.values = {someValues(scene.steps[0]->pointCount())};
+    drawn.values = someValues(drawn.step->pointCount());
     return scene;
 }
 

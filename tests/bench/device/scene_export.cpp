@@ -33,7 +33,7 @@ std::string sceneText(const render::Scene& scene, const std::vector<glm::dvec3>&
         "\"eyes\": [{}],\n\"cells\": {}, \"opacityLength\": {}, \"opacity\": [{}],\n"
         "\"pointColor\": {},\n\"colors\": [{}]}}\n",
         view.width, view.height, view.camera.fovYDegrees, textOf(view.camera.target), textOf(view.camera.up),
-        fmt::join(places, ", "), scene.steps[0]->volumeSize(), ParticlesStyle::opacityLength,
+        fmt::join(places, ", "), scene.layers[0].step->volumeSize(), ParticlesStyle::opacityLength,
         fmt::join(knots, ", "), textOf(linearToSrgb(style.pointColor)), fmt::join(table, ", "));
 }
 
@@ -75,7 +75,7 @@ Status writeTo(const std::filesystem::path& path, Write write) {
 
 Status exportScene(const render::Scene& scene, const std::vector<glm::dvec3>& eyes,
                    const std::filesystem::path& folder) {
-    const auto& step = *scene.steps[0];
+    const auto& step = *scene.layers[0].step;
     MOTE_RETURN_IF_ERROR(
         writeTo(folder / "scene.json", [&](std::ostream& out) { out << sceneText(scene, eyes); }));
     if (render::particlesStyleOf(scene, 0).volumeOpacity.maximum() > 0.0) {

@@ -12,7 +12,8 @@ namespace {
 void firstPlan(benchmark::State& state) {
     const auto scene = beamScene(Shown::points);
     for (auto _ : state) benchmark::DoNotOptimize(render::makeFramePlan(scene, render::Quality::exact()));
-    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(scene.steps[0]->leaves().size()));
+    state.SetItemsProcessed(state.iterations() *
+                            static_cast<std::int64_t>(scene.layers[0].step->leaves().size()));
 }
 BENCHMARK(firstPlan)->Name("plan/first")->Unit(benchmark::kMicrosecond);
 

@@ -13,7 +13,7 @@ namespace {
 /// The inner loop alone, on one thread: decode, transform, count.
 void count(benchmark::State& state) {
     const auto scene = beamScene(Shown::points);
-    const auto& step = *scene.steps[0];
+    const auto& step = *scene.layers[0].step;
     const auto plan = render::makeFramePlan(scene, render::Quality::exact());
     const auto& drawn = plan.points[0].selection->drawn;
     render::LeafCells cells;

@@ -42,9 +42,9 @@ std::vector<Orbit> orbits(std::uint32_t width, std::uint32_t height, int count) 
     std::vector<Orbit> made;
     for (const auto& [name, opacity, fraction] : shown) {
         Orbit orbit{name, {}};
-        render::Scene scene{viewOf(width, height), {step}};
-        scene.particles = {
-            ParticlesStyle{opacity, ColorMap::standard(), fraction, 0.5, 1.0, glm::dvec3(1.0, 0.7, 0.3)}};
+        render::Scene scene{viewOf(width, height), {{.step = step}}};
+        scene.layers[0].particles =
+            ParticlesStyle{opacity, ColorMap::standard(), fraction, 0.5, 1.0, glm::dvec3(1.0, 0.7, 0.3)};
         for (int i = 0; i < count; ++i) {
             const auto plan = render::makeFramePlan(scene, render::Quality::exact());
             orbit.pictures.push_back(*device->render(plan, render::PixelFormat::srgb8, {}));

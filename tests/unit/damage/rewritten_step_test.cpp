@@ -65,14 +65,14 @@ render::Scene sceneOf(std::shared_ptr<const storage::ParticleStep> step, const s
     return {viewOf("{'width': 96, 'height': 64, 'camera': {'eye': [1, 2, 4], 'target': [0, 0, 0]}, "
                    "'layers': [{'particles': {'points': {" +
                    shown + "}}" + more + "}]}"),
-            {std::move(step)}};
+            {{.step = std::move(step)}}};
 }
 
 void draw(const render::Scene& scene, render::Device& device) {
     render::SelectionCache selections;
     const auto plan = makeFramePlan(scene, render::Quality::exact(), selections, device.abilities());
     device.render(plan, render::PixelFormat::srgb8, {});
-    scene.steps[0]->check();
+    scene.layers[0].step->check();
 }
 
 Selection lasso() {
@@ -134,7 +134,7 @@ class Asker {
         auto values = render::pointValues(step_, "px", {-1.0, 1.0}, {}, {});
         told(values);
         if (!values.ok()) return;
-        scene.values = {*values};
+        scene.layers[0].values = *values;
         draw(scene, device_);
     }
 

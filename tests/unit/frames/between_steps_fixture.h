@@ -110,9 +110,10 @@ class BetweenSteps : public testing::TestWithParam<const char*> {
         for (std::size_t i = 0; i < view.layers.size(); ++i) {
             auto style = particlesStyleOf(*view.layers[i].particles(), view.height);
             resolveByPlot(style, source_.plot(view.layers[i].dataset));
-            scene.particles.emplace_back(std::move(style));
-            scene.steps.push_back(source_.steps(view.layers[i].dataset)[view.layers[i].step]);
-            scene.highlights.push_back(view.layers[i].highlight ? scene.steps.back() : nullptr);
+            auto& data = scene.layers.emplace_back();
+            data.particles = std::move(style);
+            data.step = source_.steps(view.layers[i].dataset)[view.layers[i].step];
+            if (view.layers[i].highlight) data.highlight = data.step;
         }
         return scene;
     }

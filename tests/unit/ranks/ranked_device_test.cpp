@@ -211,7 +211,7 @@ TEST(RankedDevice, ARankWithoutMemoryEndsThePictureAndNoMore) {
 
 TEST(RankedDevice, NothingInViewIsBackground) {
     auto scene = mixedScene();
-    scene.steps.clear();
+    scene.layers.clear();
     scene.view.layers.clear();
     RankCrew crew(2, scene);
     render::CpuDevice alone;

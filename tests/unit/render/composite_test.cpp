@@ -31,7 +31,7 @@ class CompositeTest : public testing::Test {
         const auto step = test::MemoryStep::make({{{0.5, 0.5, 0.5}}}, {.volumeLevel = 0, .volume = {0.0F}});
         Quality quality;
         quality.slabs = slabs;
-        const auto plan = makeFramePlan({view, {layers, step}}, quality);
+        const auto plan = makeFramePlan({view, std::vector<LayerData>(layers, {.step = step})}, quality);
         frame_ = std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleField>(),
                                                   FrameColors(plan.points.size()));
         cells_.assign(layers, TileCells(slabs));

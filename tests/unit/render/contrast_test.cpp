@@ -283,10 +283,7 @@ Scene twoBalls(double contrast, double meshAt) {
     }
     view.layers.push_back({.dataset = "data/a", .style = parseHybridStyle(style).value()});
     view.layers.push_back({.dataset = "data/b", .style = resolved(proto::MeshStyle()).value()});
-    return {.view = view,
-            .steps = {nullptr, nullptr},
-            .hybrids = {field, nullptr},
-            .meshes = {nullptr, test::surfaceOf(ballMesh({0.75, 0.55, meshAt}, 0.2))}};
+    return {view, {{.hybrid = field}, {.mesh = test::surfaceOf(ballMesh({0.75, 0.55, meshAt}, 0.2))}}};
 }
 
 FramePlan planOf(const Scene& scene) {
@@ -333,7 +330,7 @@ TEST(DepthContrast, TheNearerBallIsOutlinedAndTheFartherHeldBack) {
 TEST(DepthContrast, BallsThatCutEachOtherAreLeftAlone) {
     // Two alike: each goes on behind the other.
     auto scene = twoBalls(1.0, 0.5);
-    scene.meshes[1] = test::surfaceOf(ballMesh({0.65, 0.5, 0.5}, 0.3));
+    scene.layers[1].mesh = test::surfaceOf(ballMesh({0.65, 0.5, 0.5}, 0.3));
     double most = 0.0;
     for (const auto& mark : contrastIn(scene)) {
         // Not where their outlines cross, at the ends of the seam.

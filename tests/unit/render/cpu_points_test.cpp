@@ -89,7 +89,7 @@ Scene scene(const std::string& camera, const std::string& look = "") {
     return {test::viewOf("{'width': 203, 'height': 121, " + camera +
                          ", 'layers': [{'particles': {'volume': {'curve': [{'density': 0}]}, 'points': {" +
                          points + "}}}]}"),
-            {step}};
+            {{.step = step}}};
 }
 
 /// Of points so faint that no pixel is full of them.

@@ -33,7 +33,7 @@ Scene sceneOf(std::string_view layers, std::shared_ptr<const storage::ParticleSt
                              "'camera': {'eye': [1, 0.7, 2.2], 'target': [0, 0, 0]}, 'layers': [" +
                              std::string(layers) + "]}"),
                 {}};
-    scene.steps.assign(scene.view.layers.size(), std::move(step));
+    scene.layers.assign(scene.view.layers.size(), {.step = std::move(step)});
     return scene;
 }
 
@@ -191,7 +191,7 @@ TEST(EglDevice, AnEmptyStepIsBackground) {
     EXPECT_EQ(result.pointsDrawn, 0U);
     auto none = scene;
     none.view.layers.clear();
-    none.steps.clear();
+    none.layers.clear();
     EXPECT_EQ(result.pixels, drawn(device, none).pixels);
 }
 

@@ -31,8 +31,7 @@ Scene sceneOf(const std::string& layers, std::shared_ptr<const GridField> step =
                              "[0.5, 0.5, 0.5], 'fovYDegrees': 35}, 'layers': [" +
                              layers + "]}"),
                 {}};
-    scene.steps.resize(scene.view.layers.size());
-    scene.hybrids.assign(scene.view.layers.size(), std::move(step));
+    scene.layers.assign(scene.view.layers.size(), {.hybrid = std::move(step)});
     return scene;
 }
 

@@ -18,7 +18,7 @@ Scene beamScene(std::string_view view) {
     static const auto step =
         test::MemoryStep::make(test::beam({.core = 8000, .halo = 2000, .filaments = 1000}));
     Scene scene{test::viewOf(view), {}};
-    scene.steps.assign(scene.view.layers.size(), step);
+    scene.layers.assign(scene.view.layers.size(), {.step = step});
     return scene;
 }
 
@@ -41,11 +41,11 @@ TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
     EXPECT_EQ(plan.points[0].fraction, style.pointFraction);
     ASSERT_EQ(plan.fields.size(), 1U);
     ASSERT_NE(plan.fields[0].density(), nullptr);
-    EXPECT_EQ(plan.fields[0].density()->step, scene.steps[0]);
+    EXPECT_EQ(plan.fields[0].density()->step, scene.layers[0].step);
     EXPECT_EQ(plan.fields[0].transfer, style.transfer());
-    EXPECT_EQ(plan.points[0].step, scene.steps[0]);
+    EXPECT_EQ(plan.points[0].step, scene.layers[0].step);
     std::uint64_t drawn = 0;
-    for (std::size_t i = 0; i < scene.steps[0]->leaves().size(); ++i) drawn += plan.points[0].drawn(i);
+    for (std::size_t i = 0; i < scene.layers[0].step->leaves().size(); ++i) drawn += plan.points[0].drawn(i);
     EXPECT_EQ(plan.points[0].pointsDrawn, drawn);
     EXPECT_GT(plan.points[0].pointsDrawn, 0U);
 }
@@ -110,7 +110,7 @@ TEST(FramePlan, FewerPointsAreAPrefixAndMoreOpaque) {
     EXPECT_NEAR(some.points[0].look.opacity, 0.95, 1e-12) << "at most";
     EXPECT_NEAR(some.points[0].look.opacity * discArea(some.points[0].look.size) * 0.25,
                 0.5 * discArea(all.points[0].look.size), 1e-9);
-    const std::size_t count = scene.steps[0]->leaves().size();
+    const std::size_t count = scene.layers[0].step->leaves().size();
     for (std::size_t i = 0; i < count; ++i) EXPECT_LE(some.points[0].drawn(i), all.points[0].drawn(i));
     // Each leaf rounds by less than a point, at random: three standard deviations of a sum over the leaves.
     const auto leaves = static_cast<double>(count);
@@ -165,7 +165,7 @@ TEST(FramePlan, OfALayerOfWhichThereIsNothingNothingIsPlanned) {
     scene.view.layers[3].style = *parseInkStyle({}, glm::dvec3(0.0));
     scene.view.layers[4].transform[3][2] = 100.0;
     for (std::size_t i = 1; i < 5; ++i) scene.view.layers[i].opacity = 0.0;
-    scene.steps.resize(5);
+    scene.layers.resize(5);
     const auto plan = makeFramePlan(scene, Quality::exact());
     const auto alone = makeFramePlan(beamScene(plain), Quality::exact());
     EXPECT_EQ(plan.points.size(), 1U);

@@ -30,7 +30,7 @@ Scene sceneOf(const std::string& size, const std::string& points, const std::vec
     for (std::size_t i = 0; i < layers.size(); ++i) text += (i > 0 ? "," : "") + layer;
     Scene scene{test::viewOf(text + "]}"), {}};
     for (const auto& own : layers)
-        scene.steps.push_back(test::MemoryStep::make(own, {.volumeLevel = 0, .volume = {0.0F}}));
+        scene.layers.push_back({.step = test::MemoryStep::make(own, {.volumeLevel = 0, .volume = {0.0F}})});
     return scene;
 }
 
@@ -121,7 +121,7 @@ TEST(LonePoints, OfALayerThatFadesHideInProportionInEachPixel) {
                 };
                 for (const auto& quality : {Quality::exact(), Quality{.slabs = 24}}) {
                     const auto both = drawn(scene, quality);
-                    Scene single{scene.view, {scene.steps[0]}};
+                    Scene single{scene.view, {scene.layers[0]}};
                     single.view.layers.pop_back();
                     const auto alone = drawn(single, quality);
                     for (int i = 0; i < 64; ++i) {

@@ -30,7 +30,7 @@ CorrectedField fieldOf(const std::shared_ptr<const GridField>& grid, HybridRepre
     style.set_point_shape(shape);
     View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};
     view.layers.push_back({.dataset = "data/a", .style = style});
-    const Scene scene{.view = view, .steps = {nullptr}, .hybrids = {grid}};
+    const Scene scene{view, {{.hybrid = grid}}};
     return *makeFramePlan(scene, Quality::exact()).fields.at(0).grid();
 }
 
@@ -92,7 +92,7 @@ TEST(LowerHybrid, ALayerThatFadesIsThinned) {
     const auto grid = machine(residual);
     View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};
     view.layers.push_back({.dataset = "data/a", .style = *parseHybridStyle({})});
-    Scene scene{.view = view, .steps = {nullptr}, .hybrids = {grid}};
+    Scene scene{view, {{.hybrid = grid}}};
     const auto whole = makeFramePlan(scene, Quality::exact()).fields.at(0).transfer;
     scene.view.layers[0].opacity = 0.25;
     const auto thin = makeFramePlan(scene, Quality::exact()).fields.at(0).transfer;

@@ -27,8 +27,7 @@ Scene highlighted(const std::vector<glm::dvec3>& places, const std::string& more
                              "'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0], 'orthographicHeight': 2},"
                              "'layers': [{'particles': {}, " +
                              more + "}]}"),
-                {step}};
-    scene.highlights = {step};
+                {{.step = step, .highlight = step}}};
     return scene;
 }
 
@@ -95,9 +94,9 @@ TEST(Paths, LieOnACasingInTheBackground) {
     const auto step = stepOf({{0.5, 0.5, 0.5}});
     Scene scene{test::viewOf("{'width': 640, 'height': 360, 'background': [0.2, 0.4, 0.6],"
                              "'layers': [{'particles': {}, 'paths': {'ids': [3], 'width': 4}}]}"),
-                {step}};
-    scene.paths = {std::make_shared<const PointPaths>(
-        PointPaths{.places = {{-0.5, 0.0, 0.0}, {0.5, 0.1, 0.3}, {0.5, 0.4, 0.0}}, .begin = {0, 3}})};
+                {{.step = step}}};
+    scene.layers[0].paths = std::make_shared<const PointPaths>(
+        PointPaths{.places = {{-0.5, 0.0, 0.0}, {0.5, 0.1, 0.3}, {0.5, 0.4, 0.0}}, .begin = {0, 3}});
     const auto plan = makeFramePlan(scene, Quality::exact());
     ASSERT_EQ(plan.strokes.size(), 2U);
     const Strokes &path = *plan.strokes[0], &casing = *plan.strokes[1];

@@ -58,8 +58,9 @@ FramePlan planOf(std::uint64_t previewReady, double share, const char* layer,
     Scene scene{test::viewOf(std::string("{'width': 200, 'height': 100, 'camera': {'eye': [0, 0, 4], "
                                          "'target': [0, 0, 0]}, 'layers': [") +
                              layer + "]}"),
-                {std::make_shared<DistantStep>(previewReady)}};
-    if (mesh) scene.meshes = {std::move(mesh)}, scene.steps.insert(scene.steps.begin(), nullptr);
+                {}};
+    if (mesh) scene.layers.push_back({.mesh = std::move(mesh)});
+    scene.layers.push_back({.step = std::make_shared<DistantStep>(previewReady)});
     SelectionCache selections;
     return makeFramePlan(scene, {.pointFraction = share}, selections, {.preview = true},
                          Reading::notForPoints);

@@ -30,7 +30,7 @@ class TileLatticeTest : public testing::Test {
             "{'width': 320, 'height': 256, 'background': [0, 0, 0.3], 'camera': {'eye': [0.7, 0.5, 1.6], "
             "'target': [0, 0, 0]}, 'layers': [{'particles': {'volume': {'curve': [{'density': 0, 'opacity': "
             "0}, {'density': 1, 'opacity': 0.6}]}, 'points': {'opacity': 0.6, 'color': [1, 0, 0]}}}]}");
-        plan_ = makeFramePlan({view, {step}}, Quality::exact());
+        plan_ = makeFramePlan({view, {{.step = step}}}, Quality::exact());
         frame_ = std::make_unique<CompositeFrame>(plan_, PixelFormat::srgb8, fields_.of(plan_),
                                                   FrameColors(plan_.points.size()));
     }

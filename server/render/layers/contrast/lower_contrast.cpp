@@ -369,8 +369,8 @@ double extentOf(const Scene& scene, const FramePlan& plan) {
     for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
         const Layer& layer = scene.view.layers[i];
         if (!hasDepth(layer)) continue;
-        const Bounds bounds = layer.mesh() != nullptr     ? scene.meshes[i]->bounds()
-                              : layer.hybrid() != nullptr ? scene.hybrids[i]->bounds()
+        const Bounds bounds = layer.mesh() != nullptr     ? scene.layers[i].mesh->bounds()
+                              : layer.hybrid() != nullptr ? scene.layers[i].hybrid->bounds()
                                                           : plotBounds;
         const Bounds inEye = bounds.transformed(plan.camera.worldToEye() * layer.transform);
         low = std::min(low, std::max(-inEye.max.z, nearLimit(plan.camera)));

@@ -10,11 +10,6 @@
 namespace mote::render {
 namespace {
 
-template <class T>
-std::shared_ptr<const T> held(const std::vector<std::shared_ptr<const T>>& layers, std::size_t index) {
-    return index < layers.size() ? layers[index] : nullptr;
-}
-
 /// A surface where a curve begins to count, and no haze before it.
 Curve steep(const Curve& curve) {
     constexpr double counts = 0.25, solid = 0.97;  // of the greatest opacity; opacity
@@ -38,14 +33,12 @@ TransferFunction densityTransfer(const InkStyle& style) {
 
 }  // namespace
 
-InkData inkDataOf(const Scene& scene, std::size_t index) {
-    const auto style = inkStyleOf(*scene.view.layers[index].ink());
-    if (auto mesh = held(scene.meshes, index)) return mesh;
-    if (auto density = held(scene.densities, index))
-        return InkVolume{std::move(density), densityTransfer(style), scene.view.layers[index].clips()};
-    auto volume = held(scene.hybrids, index);
-    MOTE_CHECK(volume != nullptr);
-    return InkVolume{volume, inkTransfer(style, *volume, false), scene.view.layers[index].clips()};
+InkData inkDataOf(const Layer& layer, const LayerData& data) {
+    if (data.mesh) return data.mesh;
+    const auto style = inkStyleOf(*layer.ink());
+    if (data.density) return InkVolume{data.density, densityTransfer(style), layer.clips()};
+    MOTE_CHECK(data.hybrid != nullptr);
+    return InkVolume{data.hybrid, inkTransfer(style, *data.hybrid, false), layer.clips()};
 }
 
 TransferFunction inkTransfer(const InkStyle& style, const GridField& field, bool density) {

@@ -25,9 +25,9 @@ struct InkVolume {
 
 using InkData = std::variant<std::shared_ptr<const MeshSurface>, InkVolume>;
 
-/// The data of a scene's layer that is an ink layer. What its style leaves open is as a "hybrid" or a
-/// "particles" layer of the dataset has it.
-InkData inkDataOf(const Scene& scene, std::size_t index);
+/// The data of an ink layer. What its style leaves open is as a "hybrid" or a "particles" layer of the
+/// dataset has it.
+InkData inkDataOf(const Layer& layer, const LayerData& data);
 
 /// How ink sees a field. `density`: of particles.
 TransferFunction inkTransfer(const InkStyle& style, const GridField& field, bool density);

@@ -179,17 +179,11 @@ void select(PointsPlan& points, const Frustum& frustum, bool alike, bool cut, co
     points.pointsDrawn = pointsInView(points);
 }
 
-/// What of a layer of particles a scene has, if it has any.
-template <class T>
-std::shared_ptr<const T> partOf(const std::vector<std::shared_ptr<const T>>& all, std::size_t index) {
-    return index < all.size() ? all[index] : nullptr;
-}
-
 /// Where a layer's points go that are on their way to another step; null: nowhere. Other processes have their
 /// points from the step's file.
 std::shared_ptr<const PointWays> waysOf(const Scene& scene, std::size_t index, const Lowering& out) {
     if (!out.device.allPoints || !scene.view.layers[index].towards) return nullptr;
-    return partOf(scene.ways, index);
+    return scene.layers[index].ways;
 }
 
 /// Points of leaves go on their way.
@@ -263,9 +257,10 @@ TransferFunction transferOf(const Layer& layer, const ParticlesStyle& style, boo
 void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& style, const Bounds& inEye,
                 Lowering& out) {
     const Layer& layer = scene.view.layers[index];
-    if (auto chosen = partOf(scene.highlights, index); layer.highlight && chosen) {
+    const LayerData& data = scene.layers[index];
+    if (layer.highlight && data.highlight) {
         out.highlights.emplace_back(
-            [&layer, style, chosen = std::move(chosen), ways = waysOf(scene, index, out), inEye, &out] {
+            [&layer, style, chosen = data.highlight, ways = waysOf(scene, index, out), inEye, &out] {
                 auto step = ways == nullptr
                                 ? chosen
                                 : movePoints(*chosen, nullptr, *ways, layer.towards->share, nullptr).step;
@@ -274,14 +269,13 @@ void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& sty
                 lowerHighlight(layer, *layer.highlight, style, *step, inEye, out);
             });
     }
-    if (const auto paths = partOf(scene.paths, index); layer.paths && paths)
-        lowerPaths(layer, *layer.paths, style.pointColor, *paths, out);
+    if (layer.paths && data.paths) lowerPaths(layer, *layer.paths, style.pointColor, *data.paths, out);
 }
 
 }  // namespace
 
 ParticlesStyle particlesStyleOf(const Scene& scene, std::size_t index) {
-    if (index < scene.particles.size() && scene.particles[index]) return *scene.particles[index];
+    if (scene.layers[index].particles) return *scene.layers[index].particles;
     return mote::particlesStyleOf(*scene.view.layers[index].particles());
 }
 
@@ -289,12 +283,12 @@ void lowerParticles(const Scene& scene, std::size_t index, Lowering& out) {
     const ParticlesStyle style = particlesStyleOf(scene, index);
     const FramePlan& plan = out.plan;
     const Layer& layer = scene.view.layers[index];
-    const auto& step = scene.steps[index];
+    const auto& step = scene.layers[index].step;
     const glm::dmat4 layerToEye = plan.camera.worldToEye() * layer.transform;
     const glm::dmat4 boxToEye = layerToEye * plotToLayer();
     const Bounds inEye = plotBounds.transformed(layerToEye);
     out.addBox(inEye);
-    auto colors = colorsOf(layer, style, partOf(scene.values, index));
+    auto colors = colorsOf(layer, style, scene.layers[index].values);
     const auto means = meansOf(step, style, colors, out);
     PointsPlan points{.layer = index,
                       .step = step,
