@@ -6,14 +6,19 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace mote::render {
 namespace {
 
 // How far the matter in and around a cell spreads along all three axes (Spread): below the one it is too thin
-// to be a volume, above the other it is one. Matter that is even everywhere has 2/9, a sheet close to 0.
-constexpr double thinnest = 0.15, thickest = 0.18;
+// to be a volume, this much above it is one. Matter that is even everywhere has 2/9, a sheet close to 0.
+constexpr double thinnest = 0.15, fromThinToThick = 0.03;
+// The same of leaves as large as the volume's cells, in cells twice as large, in which what is thick enough
+// for the volume may be thin: else what lies around a dense tilted core would be points in every other cell.
+constexpr double thinnestAround = 0.13;
+constexpr unsigned fewestLevels = 3;  // below, such a cell has hardly any around it
 // What of the weight that is shown in and around a cell is as dense as what is seen: below the one a cell is
 // alone, above the other it is part of a volume.
 constexpr double loneliest = 0.6, companied = 0.9;
@@ -47,11 +52,19 @@ class Spread {
     glm::dvec3 first_{0.0}, square_{0.0}, mixed_{0.0};
 };
 
+/// How thick matter is told.
+struct Look {
+    double thinnest = render::thinnest;
+    double densest = std::numeric_limits<double>::infinity();  ///< a leaf counts as this dense at most
+};
+
 /// The leaves of a step as matter in the cells of one level.
 class Matter {
   public:
-    Matter(const storage::ParticleStep& step, const ShownLeaves& shown, const CellGrid& grid)
-        : nodes_(step.nodes()),
+    Matter(const storage::ParticleStep& step, const ShownLeaves& shown, const CellGrid& grid,
+           const Look& look)
+        : look_(look),
+          nodes_(step.nodes()),
           leaves_(step.leaves()),
           seen_(shown.seen),
           grid_(grid),
@@ -85,12 +98,13 @@ class Matter {
     void add(std::size_t leaf, bool dense, double points) {
         const CellAt at = cellOf(leaf);
         const double density = leaves_.density[leaf];
+        const double counted = std::min(density, look_.densest);
         const glm::dvec3 place = grid_.placeInCell(at);
         grid_.forCells(at, [&](std::size_t cell, double part) {
-            sums_[cell] += part * density;
+            sums_[cell] += part * counted;
             if (dense) dense_[cell] += part * density;
             beside_[cell] += part * density * points;
-            middles_[cell] += part * density * place;
+            middles_[cell] += part * counted * place;
             shown_[cell] |= seen_[leaf];
         });
     }
@@ -114,7 +128,7 @@ class Matter {
             dense += dense_[at];
             beside += beside_[at];
         }
-        return {rise(spread.harmonic(), thinnest, thickest),
+        return {rise(spread.harmonic(), look_.thinnest, look_.thinnest + fromThinToThick),
                 rise(dense / (dense + beside), loneliest, companied)};
     }
 
@@ -134,6 +148,7 @@ class Matter {
         return shares;
     }
 
+    const Look look_;
     const storage::OctreeNodes nodes_;
     const storage::Leaves leaves_;
     const std::vector<std::uint8_t>& seen_;
@@ -187,13 +202,19 @@ std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step, const S
     const auto nodes = step.nodes();
     const auto leaves = step.leaves();
     unsigned coarsest = grid.level + 1;
-    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf)
-        if (seen[leaf] != 0) coarsest = std::min<unsigned>(coarsest, nodes.level[leaves.node[leaf]]);
-    Matter(step, shown, grid).shareOut(grid.level + 1, deepestLevel, shares);
+    Look around{thinnestAround, 0.0};
+    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+        const unsigned level = nodes.level[leaves.node[leaf]];
+        if (seen[leaf] != 0) coarsest = std::min(coarsest, level);
+        if (seen[leaf] != 0 && level == grid.level)
+            around.densest = std::max<double>(around.densest, leaves.density[leaf]);
+    }
+    Matter(step, shown, grid, {}).shareOut(grid.level + 1, deepestLevel, shares);
     // In cells of its own size a leaf is as thick as a cell, wherever its points lie: it is looked at in
     // larger ones.
     for (unsigned level = coarsest; level <= grid.level; ++level)
-        Matter(step, shown, CellGrid::around(low, high, level - std::min(level, 1U)))
+        Matter(step, shown, CellGrid::around(low, high, level - std::min(level, 1U)),
+               level == grid.level && level >= fewestLevels ? around : Look())
             .shareOut(level, level, shares);
     keepLumps(step, seen, shares);
     return shares;

@@ -126,6 +126,27 @@ TEST(StepVolume, ASheetIsThinHoweverItLiesAndHoweverLargeItsLeavesAre) {
     }
 }
 
+/// A tilted core of some cells is a volume, and so are the leaves around it that are as large as cells: were
+/// every other one of them points, these would lie before it in stripes.
+TEST(StepVolume, WhatLiesAroundATiltedCoreIsAsThickAsTheCore) {
+    constexpr std::uint8_t level = 5;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const auto step =
+            MemoryStep::make(sheet(400000, 0.9 / 32.0, seed), {.leafCapacity = 32, .volumeLevel = level});
+        const auto volume = stepVolume(*step, shown({{0.0, 0.1}, {1.0, 0.3}}), allPoints());
+        ASSERT_EQ(volume.level, level);
+        const auto leaves = step->leaves();
+        double sum = 0.0, points = 0.0;
+        for (std::size_t i = 0; i < leaves.size(); ++i) {
+            if (step->nodes().level[leaves.node[i]] != level || leaves.pointCount[i] < 16) continue;
+            sum += leaves.pointCount[i] * volume.shareOf(i);
+            points += leaves.pointCount[i];
+        }
+        EXPECT_GT(points, 1000.0);
+        EXPECT_GT(sum / points, 0.8) << seed;
+    }
+}
+
 /// The density of a leaf tells how many lumps it holds, not how dense matter is there.
 TEST(StepVolume, ALatticeOfLumpsStaysPointsAndAGasIsAVolume) {
     const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
