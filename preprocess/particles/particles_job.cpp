@@ -73,16 +73,14 @@ class DatasetSource final : public ParticleSource {
         return {values.begin(), values.end()};
     }
 
+    bool readsAtOnce() const override { return true; }
+
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override {
-        if (!open_ || openStep_ != step) {
-            MOTE_ASSIGN_OR_RETURN(open_, storage::ParticleColumns::open(directory_, manifest_,
-                                                                        static_cast<std::uint32_t>(step)));
-            openStep_ = step;
-        }
+        MOTE_ASSIGN_OR_RETURN(const auto columns, opened(step));
         try {
-            readOpen(begin, count, wanted, chunk);
-            open_->check();
+            readOpen(*columns, begin, count, wanted, chunk);
+            columns->check();
         } catch (const storage::StorageError& error) {
             return error.error();
         }
@@ -99,34 +97,44 @@ class DatasetSource final : public ParticleSource {
         return static_cast<std::size_t>(found - all.begin());
     }
 
-    void readOpen(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
-                  ParticleChunk& chunk) const {
+    Result<std::shared_ptr<const storage::ParticleColumns>> opened(std::size_t step) {
+        const std::lock_guard lock(opening_);
+        if (open_ && openStep_ == step) return open_;
+        MOTE_ASSIGN_OR_RETURN(
+            open_, storage::ParticleColumns::open(directory_, manifest_, static_cast<std::uint32_t>(step)));
+        openStep_ = step;
+        return open_;
+    }
+
+    void readOpen(const storage::ParticleColumns& columns, std::uint64_t begin, std::size_t count,
+                  const std::vector<Column>& wanted, ParticleChunk& chunk) const {
         chunk.begin = begin;
         chunk.size = count;
         chunk.lost.clear();
         // A dataset of lost particles alone says so of each.
         if (particles().lost_particles() == "only") chunk.lost.assign(count, 1);
-        if (particles().lost_particles() == "with") readLost(begin, count, chunk);
+        if (particles().lost_particles() == "with") readLost(columns, begin, count, chunk);
         for (const auto column : wanted) {
             if (column == Column::id) {
-                const auto ids = open_->ids(begin, count);
+                const auto ids = columns.ids(begin, count);
                 chunk.id.assign(ids.begin(), ids.end());
                 continue;
             }
             auto& to = chunk[column];
             to.resize(count);
             if (const auto index = indexOf(column)) {
-                open_->read(*index, begin, to);
+                columns.read(*index, begin, to);
             } else {
                 std::ranges::fill(to, 1.0);  // missing weights
             }
         }
     }
 
-    void readLost(std::uint64_t begin, std::size_t count, ParticleChunk& chunk) const {
-        const auto column = open_->find("lost");
+    static void readLost(const storage::ParticleColumns& columns, std::uint64_t begin, std::size_t count,
+                         ParticleChunk& chunk) {
+        const auto column = columns.find("lost");
         std::vector<double> marks(column ? count : 0);
-        if (column) open_->read(*column, begin, marks);
+        if (column) columns.read(*column, begin, marks);
         for (const double mark : marks) chunk.lost.push_back(mark != 0.0 ? 1 : 0);
     }
 
@@ -134,6 +142,7 @@ class DatasetSource final : public ParticleSource {
     proto::Manifest manifest_;
     std::vector<SourceStep> steps_;
     std::vector<SourceRecord> records_;
+    std::mutex opening_;  ///< of the two below
     std::size_t openStep_ = 0;
     std::shared_ptr<const storage::ParticleColumns> open_;
 };

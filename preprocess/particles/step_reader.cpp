@@ -7,11 +7,13 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <set>
 
 #include "preprocess/job.h"
+#include "preprocess/on_threads.h"
 
 namespace mote::prep {
 namespace {
@@ -92,7 +94,7 @@ double meanOf(const std::vector<MeanSum>& blocks) {
 /// A block on its way; its memory serves block after block.
 struct StepReader::Slot {
     std::size_t index = 0;
-    bool isKept = false;
+    bool isKept = false, isRead = false;
     ParticleChunk chunk;
     ParticleBlock block;
 
@@ -231,23 +233,33 @@ Status StepReader::forEach(std::size_t begin, std::size_t end,
     while (slots_.size() < std::min(tokens, end - begin)) slots_.push_back(std::make_unique<Slot>());
     tbb::concurrent_bounded_queue<Slot*> free;
     for (auto& slot : slots_) free.push(slot.get());
-    Status status = success();
+    const bool atOnce = source_->readsAtOnce();
+    FirstError failed;
+    std::atomic<bool> stopped{false};
     std::size_t next = begin;
-    const auto read = [&](tbb::flow_control& control) -> Slot* {
-        if (next == end || !status.ok()) {
-            control.stop();
-            return nullptr;
-        }
+    const auto read = [&](Slot& slot) {
+        if (slot.isKept) return true;
+        const auto status = readBlock(slot.index, wanted, slot.chunk);
+        if (status.ok()) return true;
+        failed.set(status.error());
+        stopped = true;
+        return false;
+    };
+    const auto take = [&](tbb::flow_control& control) -> Slot* {
         Slot* slot = nullptr;
-        free.pop(slot);
-        slot->index = next++;
-        slot->isKept = kept_[slot->index].has_value();
-        if (!slot->isKept) status = readBlock(slot->index, wanted, slot->chunk);
-        if (status.ok()) return slot;
+        if (next != end && !stopped) {
+            free.pop(slot);
+            slot->index = next++;
+            slot->isKept = kept_[slot->index].has_value();
+            slot->isRead = atOnce || read(*slot);
+            if (slot->isRead) return slot;
+        }
         control.stop();
         return nullptr;
     };
     const auto work = [&](Slot* slot) {
+        slot->isRead = !atOnce || read(*slot);
+        if (!slot->isRead) return slot;
         if (slot->isKept) {
             use(*kept_[slot->index], slot->index);
         } else {
@@ -257,14 +269,14 @@ Status StepReader::forEach(std::size_t begin, std::size_t end,
         return slot;
     };
     const auto giveBack = [&](Slot* slot) {
-        if (!slot->isKept && keeps_) keep(slot->index, *slot);
+        if (slot->isRead && !slot->isKept && keeps_) keep(slot->index, *slot);
         free.push(slot);
     };
     tbb::parallel_pipeline(
-        slots_.size(), tbb::make_filter<void, Slot*>(tbb::filter_mode::serial_in_order, read) &
+        slots_.size(), tbb::make_filter<void, Slot*>(tbb::filter_mode::serial_in_order, take) &
                            tbb::make_filter<Slot*, Slot*>(tbb::filter_mode::parallel, work) &
                            tbb::make_filter<Slot*, void>(tbb::filter_mode::serial_out_of_order, giveBack));
-    return status;
+    return failed.status();
 }
 
 }  // namespace mote::prep

@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <numeric>
 #include <span>
 
+#include "preprocess/on_threads.h"
 #include "protocol/scene/mote_check.h"
 #include "storage/beam/beam_statistics.h"
 #include "storage/beam/neutral_species.h"
@@ -215,34 +217,43 @@ Status forEachChunk(ParticleSource& source, std::size_t step, std::uint64_t begi
     std::vector<ParticleChunk> chunks(2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
     tbb::concurrent_bounded_queue<ParticleChunk*> free;
     for (auto& chunk : chunks) free.push(&chunk);
-    Status status = success();
+    const bool atOnce = source.readsAtOnce();
+    FirstError failed;
+    std::atomic<bool> stopped{false};
     std::uint64_t next = begin;
-    const auto read = [&](tbb::flow_control& control) -> ParticleChunk* {
-        if (next < end && status.ok() && progress.cancelled()) status = wasCancelled();
-        if (next >= end || !status.ok()) {
-            control.stop();
-            return nullptr;
+    const auto read = [&](ParticleChunk& chunk) {
+        const auto count = chunk.size;
+        const auto status = source.read(step, chunk.begin, count, wanted, chunk);
+        MOTE_CHECK(!status.ok() || chunk.size == count);
+        if (status.ok()) return true;
+        failed.set(status.error());
+        stopped = true;
+        return false;
+    };
+    const auto take = [&](tbb::flow_control& control) -> ParticleChunk* {
+        if (next < end && !stopped && progress.cancelled()) {
+            failed.set(wasCancelled());
+            stopped = true;
         }
         ParticleChunk* chunk = nullptr;
-        free.pop(chunk);
-        const auto count = static_cast<std::size_t>(std::min(rowsOfChunk, end - next));
-        status = source.read(step, next, count, wanted, *chunk);
-        next += count;
-        if (status.ok()) {
-            MOTE_CHECK(chunk->size == count);
-            return chunk;
+        if (next < end && !stopped) {
+            free.pop(chunk);
+            chunk->begin = next;
+            chunk->size = static_cast<std::size_t>(std::min(rowsOfChunk, end - next));
+            next += chunk->size;
+            if (atOnce || read(*chunk)) return chunk;
         }
         control.stop();
         return nullptr;
     };
     const auto work = [&](ParticleChunk* chunk) {
-        use(*chunk);
+        if (!atOnce || read(*chunk)) use(*chunk);
         free.push(chunk);
     };
     tbb::parallel_pipeline(chunks.size(),
-                           tbb::make_filter<void, ParticleChunk*>(tbb::filter_mode::serial_in_order, read) &
+                           tbb::make_filter<void, ParticleChunk*>(tbb::filter_mode::serial_in_order, take) &
                                tbb::make_filter<ParticleChunk*, void>(tbb::filter_mode::parallel, work));
-    return status;
+    return failed.status();
 }
 
 Result<std::vector<double>> stepStatistics(const StatisticsRequest& request) {
