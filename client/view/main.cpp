@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <variant>
+#include <vector>
 
 #include "client/shared/interrupt.h"
 #include "client/shared/server_line.h"
@@ -32,6 +41,34 @@ std::filesystem::path standardConnection() {
     return std::filesystem::path(home ? home : ".") / ".mote" / "connection.json";
 }
 
+/// "user@node", where no file is called so.
+bool isNode(const std::filesystem::path& target) {
+    const auto text = target.string();
+    const auto at = text.find('@');
+    std::error_code code;
+    return at != text.npos && at > 0 && at + 1 < text.size() && text.find('/') == text.npos &&
+           text.front() != '-' && !std::filesystem::exists(target, code);
+}
+
+/// Becomes "mote connect NODE -- mote-view", with all else that was said. Returns the exit status if it
+/// cannot.
+int becomeConnect(const std::string& node, std::span<const char* const> said) {
+    const auto mote = serverBesideUs().replace_filename("mote").string();
+    std::vector<std::string> words{mote, "connect", node, "--", "mote-view"};
+    const auto target = std::ranges::find(said, std::string_view(node),
+                                          [](const char* word) { return std::string_view(word); });
+    for (auto word = said.begin() + 1; word != said.end(); ++word) {
+        if (word != target) words.emplace_back(*word);
+    }
+    std::vector<char*> pointers;
+    for (auto& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    ::execv(mote.c_str(), pointers.data());
+    complain("mote-view",
+             fmt::format("{}: {} is needed and cannot be run: {}", node, mote, std::strerror(errno)));
+    return 1;
+}
+
 /// The options, or the exit status after help or a mistake, which has been printed.
 std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* argv) {
     ViewOptions options;
@@ -44,13 +81,16 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
         "Examples:\n"
         "  mote-view run.h5\n"
         "  mote-view plots/\n"
+        "  mote-view user@node\n"
         "  mote-view --connect ~/.mote/connection.json\n"
         "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still\n"
         "  mote-view --connect c.json --film film.json");
     app.option(
         "TARGET", options.target,
         "A folder of datasets, a dataset, or the file of a run, a volume or a mesh, which is prepared into a "
-        "cache; shown by a server that this program starts and stops");
+        "cache; shown by a server that this program starts and stops. Or USER@NODE, for what the server "
+        "there "
+        "shows, as mote connect");
     app.option("--spawn", options.spawn, "A root of a server that this program starts and stops, NAME=DIR");
     app.option("--connect", options.connection, "Connection file of the server").showDefault();
     app.option("--view", options.view,
@@ -65,9 +105,11 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     const auto check = [&]() -> Status {
         if (!size.empty() && !parseSize(size, options))
             return invalid("--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each");
-        return options.target ? resolveTarget(options) : success();
+        return options.target && !isNode(*options.target) ? resolveTarget(options) : success();
     };
     if (const auto end = program.parse(argc, argv, check)) return *end;
+    if (options.target && isNode(*options.target))
+        return becomeConnect(options.target->string(), {argv, static_cast<std::size_t>(argc)});
     return options;
 }
 

@@ -6,6 +6,7 @@
 
 Exits with 77 where there is no sshd.
 """
+import getpass
 import json
 import os
 import pathlib
@@ -47,6 +48,25 @@ class Connect(unittest.TestCase):
             self.assertIn('there is no dataset "data/beam"', said.stderr)
             self.assertEqual(said.returncode, 1)
             self.assertEqual(list(self.here.iterdir()), [])
+
+    def test_the_viewer_goes_there_by_itself(self):
+        environment = {**os.environ, "MOTE_SSH": self.ssh.command(), "XDG_RUNTIME_DIR": str(self.here)}
+        for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+            environment.pop(name, None)
+        node = f"{getpass.getuser()}@node"
+        look = lambda *words: subprocess.run([BIN.resolve() / "mote-view", *words], env=environment, cwd=self.folder,
+                                             capture_output=True, text=True, timeout=60, check=False)
+        said = look("--size", "640x480", node)
+        self.assertEqual(said.returncode, 1)
+        self.assertIn(f"{node}: there is no .mote/connection.json", said.stderr)
+        (self.home / ".mote").mkdir()
+        (self.home / "connection.json").rename(self.home / ".mote" / "connection.json")
+        said = look("--size", "640x480", node)
+        self.assertIn("mote-view: no window system can be reached", said.stderr)  # all else is there
+        (self.folder / node).mkdir()  # a folder of this name is one
+        said = look(node)
+        self.assertNotIn("connection.json", said.stderr)
+        self.assertEqual(list(self.here.iterdir()), [])
 
     def test_other_commands_are_told_of_the_file(self):
         said = self.connect("--file", "connection.json", "--", "sh", "-c",
