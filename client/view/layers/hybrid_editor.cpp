@@ -119,7 +119,9 @@ void drawColors(HybridControls& controls, PanelActions& actions) {
         }
         return;
     }
+    const std::string map = controls.colorMap;
     colorMapList(actions, "colours", controls.colorMap);
+    controls.ownMap = controls.ownMap || controls.colorMap != map;
     checkbox(actions, "own range of colours", controls.ownColorRange);
     auto& range = controls.colorRange;
     if (controls.ownColorRange) rangeBox(actions, "range", range[0], range[1], controls.curve.axis(), 500.0);
@@ -188,7 +190,7 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     valuesUnit_ = manifest.value_unit();
     curve.setValues(values);
     if (same) return;
-    if (!first) loaded_ = ownCurve_ = ownMap_ = ownColorRange = false;
+    if (!first) loaded_ = ownCurve_ = ownMap = ownColorRange = false;
     takeUnsaid(manifest);
 }
 
@@ -196,29 +198,36 @@ void HybridControls::takeUnsaid(const proto::HybridManifest& manifest) {
     if (!ownCurve_) {
         // A server draws a curve that a view leaves out by the values alone.
         const auto preset = loaded_ ? presetsFor(manifest, "").front() : presets(manifest).front();
-        curve.take(preset.knots, ownMap_ ? std::vector<KnotCurve::Color>() : preset.colors);
+        curve.take(preset.knots, ownMap ? std::vector<KnotCurve::Color>() : preset.colors);
     }
     if (!ownColorRange) colorRange = {values_.low, values_.high};
+}
+
+Interval HybridControls::mapOver(const Interval& extent) const {
+    if (ownMap) return extent;
+    const ValueRange readable = readableColors({extent.low, extent.high});
+    return {readable.low, readable.high};
 }
 
 glm::dvec3 HybridControls::color(double value) const {
     if (!curve.colors().empty()) return curve.color(value);
     const auto map = ColorMap::find(colorMap);
-    const Interval ends = ownColorRange ? Interval{colorRange[0], colorRange[1]} : curve.extent();
+    const Interval ends = ownColorRange ? Interval{colorRange[0], colorRange[1]} : mapOver(curve.extent());
     return map.ok() ? (*map)((value - ends.low) / (ends.high - ends.low)) : glm::dvec3(0.0);
 }
 
 void HybridControls::keepColors(const Interval& extent) {
     if (!curve.colors().empty() || ownColorRange || extent == curve.extent()) return;
+    const Interval range = mapOver(extent);
     ownColorRange = true;
-    colorRange = {extent.low, extent.high};
+    colorRange = {range.low, range.high};
 }
 
 void HybridControls::write(proto::HybridStyle& style) const {
     style = rest;
     writeCurve(curve, style);
     if (curve.colors().empty()) {
-        style.set_color_map(colorMap);
+        if (ownMap) style.set_color_map(colorMap);
         if (ownColorRange && colorRange[0] < colorRange[1]) {
             for (const double end : colorRange) style.add_color_range(end);
         }
@@ -231,7 +240,7 @@ void HybridControls::read(const proto::HybridStyle& message) {
     loaded_ = true;
     ownCurve_ = !message.curve().empty();
     values_ = {0.0, 0.0};
-    ownMap_ = !message.color_map().empty();
+    ownMap = !message.color_map().empty();
     colorMap = style.colorMap.name();
     ownColorRange = style.colorRange.has_value();
     if (style.colorRange) colorRange = {style.colorRange->low, style.colorRange->high};

@@ -20,7 +20,8 @@ namespace mote::client {
 struct HybridControls {
     KnotCurve curve;  ///< opacity over values in the source's own unit
     std::string colorMap;
-    bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
+    bool ownMap = false;         ///< somebody chose the map; otherwise the curve has what of it can be read
+    bool ownColorRange = false;  ///< otherwise the map goes from the curve's first knot to its last
     std::array<double, 2> colorRange{};  ///< ascending, in the source's unit
     proto::HybridStyle rest;             ///< what the other members are not about
 
@@ -43,11 +44,12 @@ struct HybridControls {
     void read(const proto::HybridStyle& style);
 
   private:
+    /// Where the colour map begins and ends over a curve's extent.
+    Interval mapOver(const Interval& extent) const;
     void takeUnsaid(const proto::HybridManifest& manifest);
 
     bool loaded_ = false;        // from a view; otherwise begun here
     bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
-    bool ownMap_ = false;        // a view says the colour map
     std::string valuesUnit_;     // of the dataset for which the curve is
     Interval values_{0.0, 0.0};  // likewise; empty before the first dataset
 };

@@ -31,6 +31,7 @@ proto::HybridStyle wholeStyle() {
     controls.rest.set_point_shape("square");
     controls.rest.set_point_opacity(0.5);
     controls.colorMap = "viridis";
+    controls.ownMap = true;
     controls.ownColorRange = true;
     controls.colorRange = {10.0F, 200.0F};
     auto& light = *controls.rest.mutable_light();
@@ -62,6 +63,36 @@ TEST(HybridControls, AStyleIsReadAsItWasWritten) {
     proto::HybridStyle again;
     controls.write(again);
     EXPECT_EQ(again.SerializeAsString(), wholeStyle().SerializeAsString());
+}
+
+void expectColor(const glm::dvec3& got, const glm::dvec3& wanted) {
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(got[i], wanted[i], 1e-12);
+}
+
+TEST(HybridControls, ColoursThatNobodyChoseAreThoseThatTheServerDraws) {
+    const auto viridis = ColorMap::find("viridis").value();
+    for (const bool said : {false, true}) {
+        proto::HybridStyle message;
+        for (const double value : {10.0, 20.0}) {
+            auto& knot = *message.add_curve();
+            knot.set_value(value);
+            knot.set_opacity(0.5);
+        }
+        if (said) message.set_color_map("viridis");
+        HybridControls controls;
+        controls.read(*parseHybridStyle(message));
+        controls.setDataset(volume(0.0, 255.0));
+        expectColor(controls.color(10.0), viridis(said ? 0.0 : 0.4));
+        expectColor(controls.color(20.0), viridis(1.0));
+        proto::HybridStyle written;
+        controls.write(written);
+        EXPECT_EQ(written.color_map(), message.color_map());
+        // A knot more leaves the colours where they were.
+        const auto before = controls.curve.extent();
+        controls.curve.take({{0.0, 0.1}, {10.0, 0.5}, {20.0, 0.5}}, {});
+        controls.keepColors(before);
+        expectColor(controls.color(10.0), viridis(said ? 0.0 : 0.4));
+    }
 }
 
 TEST(HybridControls, ADatasetBringsACurveForItsValues) {
