@@ -5,6 +5,7 @@
 #include <imgui.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -64,11 +65,23 @@ void noteCurve(PanelActions& actions, bool changed) {
     actions.editing |= ImGui::IsMouseDown(ImGuiMouseButton_Left) && ImGui::IsAnyItemActive();
 }
 
+void helpAtRest(const std::string& said) {
+    constexpr double rest = 0.4;  // seconds
+    static ImVec2 place;
+    static double since = 0.0;
+    if (said.empty() || !ImGui::IsItemHovered()) return;
+    const auto& io = ImGui::GetIO();
+    const bool moved = io.MousePos.x != place.x || io.MousePos.y != place.y;
+    if (moved) since = ImGui::GetTime();
+    if (ImGui::IsAnyMouseDown()) since = std::numeric_limits<double>::max();  // until it moves
+    place = io.MousePos;
+    if (ImGui::GetTime() - since >= rest) ImGui::SetTooltip("%s", said.c_str());
+}
+
 void fieldHelp(const google::protobuf::Message& message, int field) {
-    if (!ImGui::IsItemHovered()) return;
     const auto* found = message.GetDescriptor()->FindFieldByNumber(field);
     MOTE_CHECK(found != nullptr);
-    ImGui::SetTooltip("%s", factsOf(*found).help().c_str());
+    helpAtRest(factsOf(*found).help());
 }
 
 bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names) {

@@ -54,8 +54,10 @@ void note(PanelActions& actions, bool changed);
 /// The same of a curve, which is more than one widget.
 void noteCurve(PanelActions& actions, bool changed);
 
-/// Says what a field is, as the schema has it, while the pointer rests on the last widget. The message has
-/// the field.
+/// Says what the last widget is once the pointer rests on it, until it moves or presses: no other is hidden
+/// from a hand at work.
+void helpAtRest(const std::string& said);
+/// The same, with what the schema says of a field. The message has the field.
 void fieldHelp(const google::protobuf::Message& message, int field);
 
 // Controls of the view; each notes what the user does.

@@ -464,6 +464,9 @@ class Desk(DeskCase):
         viewer = self.beam()
         viewer.move(*viewer.see("?", within=(1195, 0, 1230, 40), least=0.7))
         viewer.see("Keys", within=(1000, 0, 1280, 80))
+        x, y = viewer.see("layer's opacity")
+        viewer.move(x - 90, y)
+        viewer.see("of all that the layer draws")
 
     def test_70_a_light_window_stays_light(self):
         viewer = self.beam()

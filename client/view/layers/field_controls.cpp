@@ -64,7 +64,7 @@ class FieldControl {
     /// Notes what was done with the last widget.
     bool noted(bool changed) {
         note(actions_, changed);
-        if (!facts_.help().empty() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", facts_.help().c_str());
+        helpAtRest(facts_.help());
         return changed;
     }
 
