@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -57,20 +58,42 @@ void drawMenu(PanelActions& actions) {
     commandButton(actions, "Keys", "?");
 }
 
+/// Where the time of the last picture went, the longest part first.
+std::string whatLimits(const ServerState& server) {
+    if (!server.frame) return {};
+    const auto& frame = *server.frame;
+    const double bytes =
+        server.framesPerSecond > 0.0 ? server.bytesPerSecond / server.framesPerSecond : 0.0;  // of a picture
+    const double link = frame.link_bytes_per_second();
+    std::array<std::pair<double, const char*>, 4> parts{
+        {{frame.queued_ms(), "waiting"},
+         {frame.plan_ms() + frame.render_ms(), "drawing"},
+         {frame.encode_ms(), "encoding"},
+         {server.roundTripMs + (link > 0.0 ? 1000.0 * bytes / link : 0.0), "the line"}}};
+    std::ranges::sort(parts, std::greater<>());
+    std::string said = "The last picture:";
+    for (const auto& [milliseconds, part] : parts) said += fmt::format("\n{:.1f} ms {}", milliseconds, part);
+    return said;
+}
+
 void drawConnection(const ServerState& server, PanelActions& actions) {
     dim(server.connection);
+    const auto limits = whatLimits(server);
     if (!server.connected) {
         commandButton(actions, "Connect now");
     } else {
         text(fmt::format("{:.1f} frames/s   {:.1f} ms   {}", server.framesPerSecond, server.roundTripMs,
                          metric(server.bytesPerSecond, "B/s")));
+        helpAtRest(limits);
     }
     if (server.frame) {
         const auto& frame = *server.frame;
         text(fmt::format("{}   {} x {}   {}", metric(static_cast<double>(frame.points_drawn()), "points"),
                          frame.width(), frame.height(), frame.final() ? "exact" : "refining"));
+        helpAtRest(limits);
         text(fmt::format("{}   link {}", encodingName(frame.encoding()),
                          linkName(frame.link_bytes_per_second())));
+        helpAtRest(limits);
     }
 }
 
