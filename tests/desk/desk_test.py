@@ -467,6 +467,8 @@ class Desk(DeskCase):
         x, y = viewer.see("layer's opacity")
         viewer.move(x - 90, y)
         viewer.see("of all that the layer draws")
+        viewer.move(*viewer.see("frames/s", within=(PANEL, 40, 1280, 80)))
+        viewer.see("ms encoding", least=0.7)  # what limits the pictures
 
     def test_70_a_light_window_stays_light(self):
         viewer = self.beam()
@@ -589,7 +591,27 @@ class Desk(DeskCase):
         from PIL import Image
         with Image.open(path) as picture:
             self.assertEqual(picture.size, (640, 480))
-            self.assertGreater(warm(numpy.asarray(picture.convert("RGB"))).sum(), 2000)
+            small = numpy.asarray(picture.convert("RGB"), float)
+        self.assertGreater(warm(small).sum(), 2000)
+        # Four times as large it is the same picture, points and letters too.
+        viewer.gone("Cancel")
+        viewer.key("ctrl+p")
+        x, y = viewer.see("pixels across and down")
+        for at, pixels in ((x - 200, "2560"), (x - 115, "1920")):
+            viewer.click(at, y)
+            viewer.key("ctrl+a")
+            viewer.type(pixels)
+        viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
+        viewer.see("is there already")
+        before = path.stat().st_ino
+        viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
+        viewer.until(lambda: path.stat().st_ino != before, "the larger picture")
+        with Image.open(path) as picture:
+            self.assertEqual(picture.size, (2560, 1920))
+            large = numpy.asarray(picture.convert("RGB").resize((640, 480), Image.BOX), float)
+        light = lambda picture: (picture.mean(), (picture.max(2) > 60).mean())
+        numpy.testing.assert_allclose(light(large), light(small), rtol=0.15)
+        self.assertLess(numpy.abs(large - small).mean(), 8)
 
     def test_54_the_command_that_makes_the_picture_is_copied(self):
         viewer = self.beam()
