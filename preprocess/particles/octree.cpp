@@ -3,6 +3,7 @@
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
@@ -76,6 +77,12 @@ class Assembly {
         });
     }
 
+    /// Side by side: fresh memory takes longer to come than to fill.
+    template <class... Lists>
+    static void resizeAll(std::size_t size, Lists&... lists) {
+        tbb::parallel_invoke([&] { lists.resize(size); }...);
+    }
+
     Status placeLevels() {
         for (const auto& level : levels_) first_.push_back(first_.back() + level.size());
         const std::size_t size = first_.back();
@@ -83,12 +90,8 @@ class Assembly {
             return Error{ErrorCode::resourceExhausted, "",
                          "the octree has more than 2^32 nodes; raise the leaf capacity"};
         }
-        tree_.level.resize(size);
-        tree_.morton.resize(size);
-        tree_.firstChild.resize(size);
-        tree_.childCount.resize(size);
-        tree_.count.resize(size);
-        source_.resize(size);
+        resizeAll(size, tree_.level, tree_.morton, tree_.firstChild, tree_.childCount, tree_.count,
+                  tree_.density, tree_.minDensity, source_);
         return success();
     }
 
@@ -126,8 +129,6 @@ class Assembly {
 
     /// Finds weights, densities and least densities, from the deepest level up.
     Status weigh() {
-        tree_.density.resize(tree_.level.size());
-        tree_.minDensity.resize(tree_.level.size());
         std::atomic<bool> tooLarge{false};
         for (std::size_t depth = levels_.size(); depth-- > 0;) {
             forEach(0, levels_[depth].size(), [&](std::size_t i) {
@@ -177,11 +178,8 @@ class Assembly {
             mergeRuns(begin, end);
             begin = end;
         }
-        tree_.leafNode.resize(keys.size());
-        tree_.leafPointBegin.resize(keys.size());
-        tree_.leafPointCount.resize(keys.size());
-        tree_.leafDensity.resize(keys.size());
-        tree_.leafSource.resize(keys.size());
+        resizeAll(keys.size(), tree_.leafNode, tree_.leafPointBegin, tree_.leafPointCount, tree_.leafDensity,
+                  tree_.leafSource);
         forEach(0, keys.size(), [&](std::size_t leaf) {
             const auto node = keys[leaf].node;
             tree_.firstChild[node] = static_cast<std::uint32_t>(leaf);
