@@ -6,14 +6,17 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
 
 #include "client/shared/jobs.h"
+#include "client/shared/numbers.h"
 #include "client/view/camera_control.h"
 #include "client/view/window.h"
+#include "protocol/quantity/plot_axes.h"
 #include "protocol/scene/complain.h"
 
 namespace mote::client {
@@ -604,6 +607,62 @@ void Viewer::takePanelWidth(const PanelActions& actions) {
     std::error_code code;
     std::filesystem::create_directories(sessionFolder(), code);
     std::ofstream(panelWidthFile()) << panelWidth_ << '\n';
+}
+
+/// Of the layer's space, in which the plot is a cube; a single place is given some room.
+static std::optional<Bounds> boxOf(const StepStatistics& ends, const proto::ParticlesManifest& plot) {
+    constexpr double least = 0.01;
+    Bounds box;
+    if (ends.values.size() != 2 * axesOfPlot) return std::nullopt;
+    for (int i = 0; i < axesOfPlot; ++i) {
+        const auto& axis = axisOf(plot, i, ends.step);
+        const auto placeOf = [&](double value) {
+            return 2.0 * (value - axis.min()) / (axis.max() - axis.min()) - 1.0;
+        };
+        const auto first = static_cast<std::size_t>(2 * i);
+        const double low = placeOf(ends.values[first]), high = placeOf(ends.values[first + 1]);
+        if (!std::isfinite(low) || !std::isfinite(high)) return std::nullopt;
+        const double room = std::max(0.5 * (least - (high - low)), 0.0);
+        box.min[i] = std::max(low - room, plotBounds.min[i]);
+        box.max[i] = std::min(high + room, plotBounds.max[i]);
+        if (!(box.min[i] < box.max[i])) return std::nullopt;
+    }
+    return box;
+}
+
+void Viewer::fitTo(Pane& in, const Bounds& box) {
+    const double aspect = activeArea().aspect();
+    const auto before = in.model.camera(aspect);
+    const auto fitted = fitCamera(box, aspect, {before.eye - before.target, before.up});
+    film_.stop();
+    in.model.setCamera(fitAlong(before, fitted));
+    in.dirty = true;
+}
+
+/// Asks where the selection's particles lie in this step: a lasso or an expression does not say.
+void Viewer::fitSelection() {
+    const auto selection = model().numbers.chosenWhole();
+    const auto* manifest = shownManifest();
+    if (model().kind() != proto::Layer::kParticles || !selection || manifest == nullptr)
+        return say("No selection of particles is chosen; L draws a line around some.");
+    proto::Query query;
+    query.set_dataset(model().dataset());
+    query.set_steps(fmt::format("{0}:{0}:1", model().step()));
+    *query.mutable_select() = *selection;
+    for (int i = 0; i < axesOfPlot; ++i) {
+        for (const char* end : {"min_", "max_"})
+            query.mutable_statistics()->add_names(end +
+                                                  axisOf(manifest->particles(), i, model().step()).name());
+    }
+    connection_.query(query, [this, id = pane().id, query](const Result<QueryAnswer>& answer) {
+        const auto ends = answer.ok() ? statisticsOf(*answer) : answer.error();
+        if (!ends.ok()) return say(ends.error().toString());
+        auto* in = panes_.find(id);
+        if (in == nullptr || !in->shown || in->model.dataset() != query.dataset()) return;
+        const auto box = boxOf(*ends, in->shown->manifest().particles());
+        if (!box) return say("The selection has no particle within the plot in this step.");
+        fitTo(*in, box->transformed(in->model.layerToWorld()));
+    });
 }
 
 void Viewer::hearServer() {

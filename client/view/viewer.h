@@ -170,6 +170,8 @@ class Viewer {
     void run(const char* command);
     void apply(const PanelActions& actions);
     void fitView();
+    void fitSelection();
+    void fitTo(Pane& in, const Bounds& box);
     void setCamera(const Camera& camera);
     void goSteps(std::int64_t steps);
     void makeCommands();

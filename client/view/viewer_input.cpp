@@ -434,6 +434,7 @@ void Viewer::makeCommands() {
     add("Layer", "Paint by hand", "B", [this] { toggleBrush(); });
     add("Layer", "Place by hand", "G", [this] { handles_.places = !handles_.places; });
     add("Camera", "Fit", "F", [this] { fitView(); });
+    add("Camera", "Fit to the selection", "", [this] { fitSelection(); });
     add("Camera", "Fly", "Shift+F", [this] { setFlying(!flying_); });
     add("Camera", "Gamepads and 3D mice on or off", "", [this] { useDevices(isMarked(noDevices)); });
     add(

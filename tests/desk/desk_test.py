@@ -468,7 +468,7 @@ class Desk(DeskCase):
         viewer.move(x - 90, y)
         viewer.see("of all that the layer draws")
         viewer.move(*viewer.see("frames/s", within=(PANEL, 40, 1280, 80)))
-        viewer.see("ms encoding", least=0.7)  # what limits the pictures
+        viewer.see("The last picture:")  # what limits them
 
     def test_70_a_light_window_stays_light(self):
         viewer = self.beam()
@@ -659,6 +659,13 @@ class Desk(DeskCase):
         viewer.display.button(1, False)
         viewer.shows(lambda view: view["selections"][0]["name"] == "lasso" and "highlight" in view["layers"][0])
         viewer.key("Escape")
+        viewer.do("Fit to the selection")
+        camera = viewer.shows(lambda view: "camera" in view, "a camera")["camera"]
+        viewer.key("f")  # to all, from the same side
+        wide = viewer.shows(lambda view: view["camera"] != camera)["camera"]
+        away = lambda camera: numpy.linalg.norm(numpy.subtract(camera["eye"], camera["target"]))
+        self.assertLess(away(camera), 0.95 * away(wide))
+        self.assertGreater(away(camera), 0.2 * away(wide))
         viewer.key("ctrl+z")
         viewer.shows(lambda view: "selections" not in view)
 
