@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/image/read_picture.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <tiffio.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdarg>
 #include <memory>
@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "preprocess/image/openimageio/picture_input.h"
+#include "preprocess/load_module.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/system_error.h"
 #include "storage/files/dataset_file.h"
@@ -193,13 +195,13 @@ class PictureReader {
 
     Result<Picture> read(std::uint64_t memory) {
         MOTE_RETURN_IF_ERROR(open());
-        if (input_->format_name() == "tiff"sv) {
+        if (spec_.format == "tiff") {
             const auto most = memory > 0 ? memory / (2 * sizeof(float)) : storage::maxImagePixels;
             MOTE_ASSIGN_OR_RETURN(auto bilevel,
                                   readBilevelTiff(path_, std::min(most, storage::maxImagePixels)));
             if (bilevel) {
                 picture_.colorSpace = "linear";
-                picture_.luminance = upright(*std::move(bilevel), spec_.get_int_attribute("Orientation", 1));
+                picture_.luminance = upright(*std::move(bilevel), spec_.orientation);
                 return std::move(picture_);
             }
         }
@@ -207,7 +209,7 @@ class PictureReader {
         MOTE_RETURN_IF_ERROR(findColorSpace());
         MOTE_RETURN_IF_ERROR(readPixels());
         MOTE_RETURN_IF_ERROR(applyDisplayWindow());
-        const int orientation = spec_.get_int_attribute("Orientation", 1);
+        const int orientation = spec_.orientation;
         const auto& [width, height, values] = picture_.luminance;
         if (picture_.color) picture_.colors = turned(std::move(picture_.colors), width, height, orientation);
         picture_.luminance = upright(std::move(picture_.luminance), orientation);
@@ -221,15 +223,16 @@ class PictureReader {
     }
 
     Status open() {
+        static const auto openPicture =
+            reinterpret_cast<OpenPicture>(moduleFunction(pictureModule, openPictureName));
         MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path_));
-        input_ = OIIO::ImageInput::create(format);
-        if (!input_) return corrupt("cannot be read: " + OIIO::geterror());
-        OIIO::ImageSpec wishes;
-        // Multiplied by alpha while encoded, colours could not be laid on white as light mixes.
-        wishes.attribute("oiio:UnassociatedAlpha", 1);
-        if (!input_->open(path_.string(), spec_, wishes)) {
-            return corrupt("cannot be read: " + input_->geterror());
-        }
+        if (openPicture == nullptr)
+            return Error{ErrorCode::internal, path_.string(),
+                         fmt::format("cannot be read: {}.so is not with mote-prep", pictureModule)};
+        std::string why;
+        input_.reset(openPicture(format, path_.c_str(), why));
+        if (!input_) return corrupt(std::move(why));
+        spec_ = input_->spec();
         return success();
     }
 
@@ -237,9 +240,9 @@ class PictureReader {
         if (spec_.deep || spec_.depth > 1) {
             return unsupported(path_.string(), "is no flat picture, but a deep or solid one");
         }
-        if (spec_.width < 1 || spec_.height < 1 || spec_.nchannels < 1) {
+        if (spec_.width < 1 || spec_.height < 1 || spec_.channels < 1) {
             return corrupt(fmt::format("has no pixels ({} x {}, {} channels)", spec_.width, spec_.height,
-                                       spec_.nchannels));
+                                       spec_.channels));
         }
         const auto pixels =
             static_cast<std::uint64_t>(spec_.width) * static_cast<std::uint64_t>(spec_.height);
@@ -250,8 +253,8 @@ class PictureReader {
                 fmt::format("has {} x {} pixels; a picture may have {} a side and {} in all", spec_.width,
                             spec_.height, storage::maxImageSide, storage::maxImagePixels)};
         }
-        stripRows_ = std::max(1, spec_.tile_width > 0 ? spec_.tile_height : 64);
-        const auto strip = static_cast<std::uint64_t>(spec_.width) * spec_.nchannels * sizeof(float) *
+        stripRows_ = std::max(1, spec_.tileWidth > 0 ? spec_.tileHeight : 64);
+        const auto strip = static_cast<std::uint64_t>(spec_.width) * spec_.channels * sizeof(float) *
                            static_cast<std::uint64_t>(std::min(stripRows_, spec_.height));
         // Twice, while it is turned upright.
         const std::uint64_t ofPixel = sizeof(float) + (isColor() ? 3 * sizeof(std::uint16_t) : 0);
@@ -265,15 +268,20 @@ class PictureReader {
 
     /// Takes what the file says; integers are sRGB and floats linear where it says nothing.
     Status findColorSpace() {
-        const std::string said = spec_.get_string_attribute("oiio:ColorSpace");
-        const bool floats = spec_.format.is_floating_point();
-        const float gamma = spec_.get_float_attribute("oiio:Gamma", 1.0F);
-        const auto is = [&](std::string_view name) { return OIIO::Strutil::iequals(said, name); };
-        if (is("sRGB") || (said.empty() && !floats)) {
+        const std::string& said = spec_.colorSpace;
+        const float gamma = spec_.gamma;
+        const auto begins = [&](std::string_view name) {
+            const auto alike = [](unsigned char a, unsigned char b) {
+                return std::tolower(a) == std::tolower(b);
+            };
+            return said.size() >= name.size() && std::equal(name.begin(), name.end(), said.begin(), alike);
+        };
+        const auto is = [&](std::string_view name) { return said.size() == name.size() && begins(name); };
+        if (is("sRGB") || (said.empty() && !spec_.floats)) {
             picture_.colorSpace = "sRGB";
         } else if (is("Linear") || is("lin_srgb") || said.empty()) {
             picture_.colorSpace = "linear";
-        } else if (OIIO::Strutil::istarts_with(said, "Gamma") && gamma > 0.1F && gamma < 10.0F) {
+        } else if (begins("Gamma") && gamma > 0.1F && gamma < 10.0F) {
             picture_.colorSpace = fmt::format("gamma {:.3g}", gamma);
             gamma_ = gamma;
         } else {
@@ -283,28 +291,26 @@ class PictureReader {
         return success();
     }
 
-    bool isColor() const { return spec_.nchannels - (spec_.alpha_channel >= 0 ? 1 : 0) >= 3; }
+    bool isColor() const { return spec_.channels - (spec_.alphaChannel >= 0 ? 1 : 0) >= 3; }
 
     Status readPixels() {
         picture_.color = isColor();
-        picture_.transparent = spec_.alpha_channel >= 0;
-        straight_ = spec_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+        picture_.transparent = spec_.alphaChannel >= 0;
+        straight_ = spec_.straightAlpha;
         auto& luminance = picture_.luminance;
         luminance.width = static_cast<std::uint32_t>(spec_.width);
         luminance.height = static_cast<std::uint32_t>(spec_.height);
         luminance.values.resize(static_cast<std::size_t>(spec_.width) * luminance.height);
         if (picture_.color) picture_.colors.resize(3 * luminance.values.size());
         const Decoder decode(picture_.colorSpace == "sRGB", gamma_);
-        std::vector<float> strip(static_cast<std::size_t>(spec_.width) * spec_.nchannels *
+        std::vector<float> strip(static_cast<std::size_t>(spec_.width) * spec_.channels *
                                  static_cast<std::size_t>(std::min(stripRows_, spec_.height)));
         for (int row = 0; row < spec_.height; row += stripRows_) {
             if (progress_.cancelled()) return wasCancelled();
             progress_.report(0.8 * row / spec_.height, "reading the picture");
             const int rows = std::min(stripRows_, spec_.height - row);
-            // Its reader of TIFF says that all went well where strips are missing, and keeps the error.
-            if (!readStrip(row, rows, strip.data()) || input_->has_error()) {
-                return corrupt("cannot be read: " + input_->geterror());
-            }
+            if (auto why = input_->readRows(row, rows, strip.data()); !why.empty())
+                return corrupt(std::move(why));
             convert(decode, strip, row, rows);
         }
         return success();
@@ -312,11 +318,11 @@ class PictureReader {
 
     /// OpenEXR's pixels are a part of the picture, or more than it: what is shown is the display window.
     Status applyDisplayWindow() {
-        const bool same = spec_.x == spec_.full_x && spec_.y == spec_.full_y &&
-                          spec_.width == spec_.full_width && spec_.height == spec_.full_height;
-        if (input_->format_name() != "openexr"sv || same) return success();
-        const auto width = static_cast<std::int64_t>(spec_.full_width);
-        const auto height = static_cast<std::int64_t>(spec_.full_height);
+        const bool same = spec_.x == spec_.fullX && spec_.y == spec_.fullY &&
+                          spec_.width == spec_.fullWidth && spec_.height == spec_.fullHeight;
+        if (spec_.format != "openexr" || same) return success();
+        const auto width = static_cast<std::int64_t>(spec_.fullWidth);
+        const auto height = static_cast<std::int64_t>(spec_.fullHeight);
         if (width < 1 || height < 1 || std::max(width, height) > storage::maxImageSide ||
             width * height > static_cast<std::int64_t>(storage::maxImagePixels)) {
             return corrupt(fmt::format("has a display window of {} x {} pixels", width, height));
@@ -328,7 +334,7 @@ class PictureReader {
         progress_.note(fmt::format(
             "its pixels are {} x {} at ({}, {}); the display window of {} x {} is the picture, and is {} "
             "where there are none",
-            spec_.width, spec_.height, spec_.x - spec_.full_x, spec_.y - spec_.full_y, width, height,
+            spec_.width, spec_.height, spec_.x - spec_.fullX, spec_.y - spec_.fullY, width, height,
             picture_.transparent ? "white" : "black"));
         return success();
     }
@@ -338,39 +344,28 @@ class PictureReader {
     std::vector<T> windowOf(const std::vector<T>& values, T paper) const {
         const auto width = static_cast<std::size_t>(spec_.width);
         const std::size_t each = values.size() / (width * static_cast<std::size_t>(spec_.height));
-        const auto shownWidth = static_cast<std::size_t>(spec_.full_width);
-        std::vector<T> shown(each * shownWidth * static_cast<std::size_t>(spec_.full_height), paper);
-        const std::int64_t right = std::int64_t{spec_.x} - spec_.full_x,
-                           down = std::int64_t{spec_.y} - spec_.full_y;
+        const auto shownWidth = static_cast<std::size_t>(spec_.fullWidth);
+        std::vector<T> shown(each * shownWidth * static_cast<std::size_t>(spec_.fullHeight), paper);
+        const std::int64_t right = std::int64_t{spec_.x} - spec_.fullX,
+                           down = std::int64_t{spec_.y} - spec_.fullY;
         const std::int64_t first = std::max<std::int64_t>(right, 0);
-        const std::int64_t last = std::min<std::int64_t>(right + spec_.width, spec_.full_width);
+        const std::int64_t last = std::min<std::int64_t>(right + spec_.width, spec_.fullWidth);
         for (std::int64_t row = 0; row < spec_.height && first < last; ++row) {
-            if (row + down < 0 || row + down >= spec_.full_height) continue;
+            if (row + down < 0 || row + down >= spec_.fullHeight) continue;
             const auto from =
                 values.begin() + static_cast<std::ptrdiff_t>(each) * (row * spec_.width + first - right);
             const auto to =
-                shown.begin() + static_cast<std::ptrdiff_t>(each) * ((row + down) * spec_.full_width + first);
+                shown.begin() + static_cast<std::ptrdiff_t>(each) * ((row + down) * spec_.fullWidth + first);
             std::copy_n(from, static_cast<std::ptrdiff_t>(each) * (last - first), to);
         }
         return shown;
-    }
-
-    bool readStrip(int row, int rows, float* to) {
-        const int first = spec_.y + row;
-        const auto type = OIIO::TypeDesc::FLOAT;
-        if (spec_.tile_width == 0) {
-            return input_->read_scanlines(0, 0, first, first + rows, 0, 0, spec_.nchannels, type, to);
-        }
-        return input_->read_tiles(0, 0, spec_.x, spec_.x + spec_.width, first, first + rows, 0, 1, 0,
-                                  spec_.nchannels, type, to);
     }
 
     void convert(const Decoder& decode, const std::vector<float>& strip, int row, int rows) {
         const auto count = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(rows);
         const auto first = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(row);
         for (std::size_t i = 0; i < count; ++i) {
-            const auto [light, color] =
-                onWhite(decode, &strip[i * static_cast<std::size_t>(spec_.nchannels)]);
+            const auto [light, color] = onWhite(decode, &strip[i * static_cast<std::size_t>(spec_.channels)]);
             const bool finite = std::isfinite(light);
             picture_.invalid += finite ? 0 : 1;
             picture_.luminance.values[first + i] = finite ? std::max(light, 0.0F) : 1.0F;
@@ -388,7 +383,7 @@ class PictureReader {
     /// Light that a pixel on white paper sends back. Colours are multiplied by alpha where the format says
     /// so.
     PixelLight onWhite(const Decoder& decode, const float* pixel) const {
-        const float alpha = picture_.transparent ? std::clamp(pixel[spec_.alpha_channel], 0.0F, 1.0F) : 1.0F;
+        const float alpha = picture_.transparent ? std::clamp(pixel[spec_.alphaChannel], 0.0F, 1.0F) : 1.0F;
         const bool divide = !straight_ && alpha > 0.0F && alpha < 1.0F;
         const auto channel = [&](int c) { return decode(divide ? pixel[c] / alpha : pixel[c]); };
         const auto laid = [&](float light) {
@@ -396,7 +391,7 @@ class PictureReader {
                                         : light;
         };
         if (!picture_.color) {
-            const int grey = spec_.alpha_channel == 0 && spec_.nchannels > 1 ? 1 : 0;
+            const int grey = spec_.alphaChannel == 0 && spec_.channels > 1 ? 1 : 0;
             return {laid(channel(grey)), {}};
         }
         const float red = channel(0), green = channel(1), blue = channel(2);
@@ -405,8 +400,8 @@ class PictureReader {
 
     fs::path path_;
     Progress& progress_;
-    std::unique_ptr<OIIO::ImageInput> input_;
-    OIIO::ImageSpec spec_;
+    std::unique_ptr<PictureInput> input_;
+    PictureSpec spec_;
     int stripRows_ = 1;
     double gamma_ = 1.0;
     bool straight_ = false;  ///< colours are not multiplied by alpha

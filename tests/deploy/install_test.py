@@ -69,6 +69,20 @@ class Install(unittest.TestCase):
         self.assertIn("libglfw", needed)
         self.assertLessEqual({name for name in needed if not name.startswith("ld-linux")}, VIEWER_NEEDS)
 
+    def test_what_reads_pictures_is_loaded_for_them_alone(self):
+        prep, made = self.at("bin/mote-prep"), self.root / "a.mote"
+        said = subprocess.run(["readelf", "--dynamic", prep], check=True, capture_output=True, text=True)
+        self.assertNotIn("OpenImageIO", said.stdout)
+        picture = self.root / "a.png"
+        shutil.copy2(min(self.at("share/doc/mote/docs").rglob("*.png")), picture)
+        subprocess.run([prep, "image", picture, "--out", made, "--quiet"], check=True)
+        self.assertTrue((made / "manifest.json").is_file())
+        self.at("lib/mote/mote-pictures.so").unlink()
+        alone = subprocess.run([prep, "image", picture, "--out", self.root / "b.mote"], check=False, capture_output=True, text=True)
+        self.assertEqual(alone.returncode, 1)
+        self.assertIn("a.png: cannot be read: mote-pictures.so is not with mote-prep", alone.stderr)
+        self.assertFalse((self.root / "b.mote").exists())
+
     def test_the_unit_starts_the_installed_server(self):
         unit = self.at("share/systemd/user/mote-server.service").read_text(encoding="utf-8")
         self.assertIn(f"\nExecStart={PREFIX}/bin/mote-server --config %h/", unit)
