@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -40,7 +41,8 @@ Catalogue catalogueOf(const fs::path& folder) {
 }
 
 /// Arrays of other lengths than whole blocks, one of them of none, at whatever places HDF5 gives them.
-void expectOnePass(const fs::path& folder) {
+/// `ahead`: they are hashed while others are written, but for the last one, which finish() finds.
+void expectOnePass(const fs::path& folder, bool ahead, const std::vector<std::size_t>& order = {0, 1, 2, 3}) {
     const std::vector<std::uint64_t> lengths{5 * blockBytes + 77, 0, 3, 9 * blockBytes};
     FileLayout layout;
     for (std::size_t i = 0; i < lengths.size(); ++i)
@@ -48,9 +50,12 @@ void expectOnePass(const fs::path& folder) {
     auto file = ArrayFileWriter::create(folder, "a", layout);
     ASSERT_TRUE(file.ok()) << file.error().toString();
     file->passCache();
-    std::vector<std::vector<std::byte>> content;
-    for (std::size_t i = 0; i < lengths.size(); ++i) {
-        auto& bytes = content.emplace_back(lengths[i]);
+    std::atomic<int> asked{0};
+    if (ahead) file->hashAhead([&] { return ++asked < 0; });
+    std::vector<std::vector<std::byte>> content(lengths.size());
+    for (const auto i : order) {
+        auto& bytes = content[i];
+        bytes.resize(lengths[i]);
         for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = static_cast<std::byte>(k * (i + 3) >> 4);
         // In two parts, whose border lies within a page and a block.
         const auto part = std::span(bytes).first(bytes.size() / 2 + 1 - (bytes.empty() ? 1 : 0));
@@ -59,7 +64,12 @@ void expectOnePass(const fs::path& folder) {
         std::vector<std::byte> back(bytes.size());
         ASSERT_TRUE(file->read(i, 0, back).ok());
         EXPECT_TRUE(back == bytes) << i;
+        if (i != order.back()) file->complete(i);
     }
+    // What is first in the file is hashed without finish().
+    for (int i = 0; ahead && order.front() == 0 && asked < 3 && i < 1000; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(ahead && order.front() == 0, asked >= 3);
     const auto hash = file->finish();
     ASSERT_TRUE(hash.ok()) << hash.error().toString();
     std::ifstream stream(folder / "a.h5", std::ios::binary);
@@ -80,18 +90,41 @@ void expectOnePass(const fs::path& folder) {
             EXPECT_EQ(blocks[block], hashBlock(std::span(content[i]).subspan(at, size))) << i << " " << block;
         }
     }
+    if (ahead) return;
     const auto stopped = file->finish([] { return true; });
     EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
 }
 
+TEST(ArrayFileWriter, HashesArraysAheadWhileOthersAreWritten) {
+    const test::TempDir dir;
+    const std::vector<std::vector<std::size_t>> orders{
+        {0, 1, 2, 3}, {0, 3, 1, 2}, {3, 2, 1, 0}, {1, 3, 2, 0}};
+    for (std::size_t i = 0; i < orders.size(); ++i) {
+        const auto folder = dir / std::to_string(i);
+        fs::create_directory(folder);
+        expectOnePass(folder, true, orders[i]);
+    }
+    // Who is given up half-way, or told to stop, leaves no thread behind.
+    auto file = ArrayFileWriter::create(dir.path(), "b", {{}, {{"/array", "u8", {blockBytes}}}, {}});
+    ASSERT_TRUE(file.ok());
+    {
+        auto givenUp = *std::move(file);
+        givenUp.hashAhead({});
+    }
+    file = ArrayFileWriter::create(dir.path(), "c", {{}, {{"/array", "u8", {blockBytes}}}, {}});
+    ASSERT_TRUE(file.ok());
+    file->hashAhead([] { return true; });
+    EXPECT_EQ(file->finish().error().code, ErrorCode::cancelled);
+}
+
 TEST(ArrayFileWriter, HashesBlocksAndTheWholeInOnePassOverTheFile) {
     const test::TempDir dir;
-    expectOnePass(dir.path());
+    expectOnePass(dir.path(), false);
     // A file system in memory has no way past the cache.
     const fs::path memory = fs::path("/dev/shm") / ("mote-" + dir.path().filename().string());
     std::error_code code;
     if (!fs::create_directory(memory, code)) return;
-    expectOnePass(memory);
+    expectOnePass(memory, false);
     fs::remove_all(memory);
 }
 
