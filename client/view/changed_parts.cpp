@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <utility>
@@ -109,8 +108,12 @@ bool ChangedParts::append(const ImDrawList& list, std::vector<Triangle>& triangl
 }
 
 bool ChangedParts::differs(const Triangle& one, const Triangle& other) const {
-    return std::memcmp(one.corners, other.corners, sizeof one.corners) != 0 ||
-           std::memcmp(&one.clip, &other.clip, sizeof one.clip) != 0 || one.texture != other.texture ||
+    const auto alike = [](const ImDrawVert& a, const ImDrawVert& b) {
+        return same(a.pos, b.pos) && same(a.uv, b.uv) && a.col == b.col;
+    };
+    const auto &clip = one.clip, &with = other.clip;
+    return one.texture != other.texture || !std::ranges::equal(one.corners, other.corners, alike) ||
+           clip.x != with.x || clip.y != with.y || clip.z != with.z || clip.w != with.w ||
            touched_.contains(other.texture);
 }
 

@@ -61,6 +61,7 @@ int becomeConnect(const std::string& node, std::span<const char* const> said) {
         if (word != target) words.emplace_back(*word);
     }
     std::vector<char*> pointers;
+    pointers.reserve(words.size() + 1);
     for (auto& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
     ::execv(mote.c_str(), pointers.data());

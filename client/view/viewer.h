@@ -238,14 +238,14 @@ class Viewer {
     FilmEditor film_;
     Status loaded_ = success();
     bool panelShown_ = true, filmShown_ = false;
-    float panelWidth_ = panelWidth,
-          keptPanelWidth_ = panelWidth;                        // the second as it is kept for the next time
     bool moving_ = false;                                      // a gesture is under way
     std::string awaitedDataset_;                               // a plot that a job of ours makes
     std::map<std::uint64_t, std::filesystem::path> pictures_;  // to be saved, by the view that was asked for
     int settling_ = 0;                                         // frames that follow what came last
-    double restFrom_ = 0.0;                                    // seconds; then nothing is drawn any more
+    float panelWidth_ = panelWidth;
+    double restFrom_ = 0.0;  // seconds; then nothing is drawn any more
     int exitStatus_ = 0;
+    float keptPanelWidth_ = panelWidth;  // as it is kept for the next time
     // Last: their destructors end the callbacks into this object; but the numbers drop what they have asked.
     Connection connection_;
     Panes panes_;  // the first asks over that connection
