@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <tuple>
 #include <utility>
@@ -356,13 +357,13 @@ void drawEdge(float width, float scale, PanelActions& actions) {
     ImGui::PopClipRect();
     if (ImGui::IsItemHovered() || ImGui::IsItemActive()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
     const bool usual = ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
-    if (usual || ImGui::IsItemActive()) {
-        const float most = std::max(0.75F * display.x / scale, leastPanelWidth);
-        const float dragged = (display.x - ImGui::GetIO().MousePos.x) / scale;
-        const bool moved = ImGui::IsMouseDragging(ImGuiMouseButton_Left);
-        if (usual || moved)
-            actions.panelWidth = usual ? panelWidth : std::clamp(dragged, leastPanelWidth, most);
-    }
+    // Let go, it is where the pointer was then: a long frame has missed the way there.
+    const bool held = ImGui::IsItemActive() || ImGui::IsItemDeactivated();
+    const auto& io = ImGui::GetIO();
+    const bool moved = held && std::abs(io.MousePos.x - io.MouseClickedPos[0].x) > 3.0F;
+    const float most = std::max(0.75F * display.x / scale, leastPanelWidth);
+    if (moved) actions.panelWidth = std::clamp((display.x - io.MousePos.x) / scale, leastPanelWidth, most);
+    if (usual) actions.panelWidth = panelWidth;
     ImGui::SetCursorPos(before);
 }
 
