@@ -219,14 +219,12 @@ class Viewer {
     std::vector<Command> commands_;
     CommandPalette palette_;
     DatasetBrowser browser_;
-    bool keysShown_ = false;
     std::optional<Session> offered_;
     bool interactive_ = true;  // no script runs the viewer
-    bool offersSession_ = true;
+    bool offersSession_ = true, keysShown_ = false, flying_ = false;
     std::uint64_t gesture_ = 0;  // of the hand; counts
     double lastWheel_ = 0.0;     // when it turned, seconds
     glm::dvec3 pivot_{0.0};      // of the drag under way
-    bool flying_ = false;
     FlightSpeed flightSpeed_;
     double steered_ = 0.0;  // when a hand leaned last, seconds
     std::vector<Pad> padsBefore_;
