@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/scene/curve_presets.h"
 #include "protocol/scene/film/legal_camera.h"
 #include "protocol/scene/mix.h"
 #include "protocol/scene/view_message.h"
@@ -99,8 +100,8 @@ Layer withoutCurves(Layer layer) {
     const double low = hybrid->curve(0).value(), high = hybrid->curve(hybrid->curve_size() - 1).value();
     const bool colored = !hybrid->curve(0).color().empty();
     if (hybrid->color_range().empty() && !colored && low < high) {
-        hybrid->add_color_range(low);
-        hybrid->add_color_range(high);
+        const auto range = hybrid->color_map().empty() ? readableColors({low, high}) : ValueRange{low, high};
+        for (const double end : {range.low, range.high}) hybrid->add_color_range(end);
     }
     hybrid->clear_curve();
     auto& knot = *hybrid->add_curve();
