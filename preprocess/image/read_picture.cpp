@@ -228,7 +228,8 @@ class PictureReader {
         MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path_));
         if (openPicture == nullptr)
             return Error{ErrorCode::internal, path_.string(),
-                         fmt::format("cannot be read: {}.so is not with mote-prep", pictureModule)};
+                         fmt::format("cannot be read: {}.so is not with mote-prep, or lacks a library",
+                                     pictureModule)};
         std::string why;
         input_.reset(openPicture(format, path_.c_str(), why));
         if (!input_) return corrupt(std::move(why));
