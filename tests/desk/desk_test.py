@@ -582,13 +582,17 @@ class Desk(DeskCase):
 
     def test_53_a_picture_is_saved_at_any_size(self):
         viewer = self.beam()
-        viewer.key("ctrl+p")
-        x, y = viewer.see("pixels across and down")
-        for at, pixels in ((x - 200, "640"), (x - 115, "480")):
-            viewer.click(at, y)
-            viewer.key("ctrl+a")
-            viewer.type(pixels)
-        viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
+        press_save = lambda: viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
+
+        def save(width, height):
+            viewer.key("ctrl+p")
+            x, y = viewer.see("pixels across and down")
+            for at, pixels in ((x - 200, width), (x - 115, height)):
+                viewer.click(at, y)
+                viewer.key("ctrl+a")
+                viewer.type(pixels)
+            press_save()
+        save("640", "480")
         path = viewer.folder / "picture.png"
         viewer.until(path.exists, "the picture")
         from PIL import Image
@@ -598,16 +602,10 @@ class Desk(DeskCase):
         self.assertGreater(warm(small).sum(), 2000)
         # Four times as large it is the same picture, points and letters too.
         viewer.gone("Cancel")
-        viewer.key("ctrl+p")
-        x, y = viewer.see("pixels across and down")
-        for at, pixels in ((x - 200, "2560"), (x - 115, "1920")):
-            viewer.click(at, y)
-            viewer.key("ctrl+a")
-            viewer.type(pixels)
-        viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
+        save("2560", "1920")
         viewer.see("is there already")
         before = path.stat().st_ino
-        viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
+        press_save()
         viewer.until(lambda: path.stat().st_ino != before, "the larger picture")
         with Image.open(path) as picture:
             self.assertEqual(picture.size, (2560, 1920))
