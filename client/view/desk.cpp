@@ -117,7 +117,7 @@ void Desk::look(std::span<const DeskPane> panes, std::size_t active, const Links
     std::erase_if(panes_, [&](const auto& seen) {
         return std::ranges::none_of(panes, [&](const auto& pane) { return pane.id == seen.first; });
     });
-    DeskState state{{}, links, film_};
+    DeskState state{{}, links, film_, named_};
     PaneCameras cameras = cameras_.empty() ? PaneCameras() : cameras_.present();
     for (const auto& pane : panes) {
         state.panes.push_back(seePane(pane, gesture));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Desk: all that the user works on as one value (the panes with their views and cameras, the film), what it
+// Desk: all that the user works on as one value (the panes with their views and cameras, the film, cameras
+// with names), what it
 // was before, what it was for each dataset, and a file of it that outlives the viewer. It looks at the value
 // whenever a frame ends, so nothing that edits it need know of it. Main thread; no window.
 #pragma once
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include "client/view/film/film_model.h"
+#include "client/view/hand/named_cameras.h"
 #include "client/view/panes/links.h"
 #include "client/view/view_model.h"
 #include "protocol/mote.pb.h"
@@ -100,10 +102,12 @@ struct DeskState {
     std::vector<PaneState> panes;
     Links links;
     std::shared_ptr<const FilmModel> film;
+    std::shared_ptr<const NamedCameras> named;  ///< cameras
 
     std::size_t size() const;
     bool operator==(const DeskState& other) const {
-        return panes == other.panes && links == other.links && film->revision() == other.film->revision();
+        return panes == other.panes && links == other.links && film->revision() == other.film->revision() &&
+               *named == *other.named;
     }
 };
 
@@ -138,6 +142,8 @@ class Desk {
     /// `active` is one of them.
     void look(std::span<const DeskPane> panes, std::size_t active, const Links& links, const FilmModel& film,
               std::uint64_t gesture);
+    /// Those of the state that is looked at next.
+    void nameCameras(std::shared_ptr<const NamedCameras> cameras) { named_ = std::move(cameras); }
 
     // Each returns what is to be shown, or nothing where there is no more. What a state came to by a jump is
     // left with its camera; else the camera stays.
@@ -195,6 +201,7 @@ class Desk {
     std::vector<std::uint64_t> order_;         // of them
     std::size_t active_ = 0;
     Links links_;
+    std::shared_ptr<const NamedCameras> named_ = std::make_shared<const NamedCameras>();
     bool adopted_ = false;  // what is seen next is as a session had it
     std::shared_ptr<const FilmModel> film_;
     std::uint64_t filmMark_ = 0;  // revision

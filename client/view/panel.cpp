@@ -263,7 +263,51 @@ void drawDepthContrast(ViewModel& model, PanelActions& actions) {
     if (fieldControls(actions, view, shown, alone)) model.setDepthContrast(view.depth_contrast());
 }
 
-void drawCamera(ViewModel& model, PanelActions& actions) {
+/// A camera's name goes there; what else can be done with it is behind the dots.
+void drawNamedCamera(const NamedCamera& camera, std::size_t index, PanelActions& actions) {
+    using What = CameraWish::What;
+    const float dots = ImGui::CalcTextSize("...").x + 2.0F * ImGui::GetStyle().FramePadding.x;
+    const float gap = ImGui::GetStyle().ItemInnerSpacing.x;
+    ImGui::PushID(static_cast<int>(index));
+    ImGui::PushStyleVar(ImGuiStyleVar_ButtonTextAlign, {0.0F, 0.5F});
+    if (ImGui::Button((camera.name + "###go").c_str(), {ImGui::GetContentRegionAvail().x - dots - gap, 0.0F}))
+        actions.camera = CameraWish{What::go, index};
+    ImGui::PopStyleVar();
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", index < 9 ? fmt::format("go there ({})", index + 1).c_str() : "go there");
+    ImGui::SameLine(0.0F, gap);
+    std::array<char, NamedCamera::maxNameBytes + 1> typed{};
+    std::copy_n(camera.name.begin(), std::min(camera.name.size(), typed.size() - 1), typed.begin());
+    if (ImGui::Button("...")) ImGui::OpenPopup("camera");
+    if (ImGui::BeginPopup("camera")) {
+        endByEscape();
+        if (ImGui::InputText("name", typed.data(), typed.size(), ImGuiInputTextFlags_EnterReturnsTrue)) {
+            if (typed[0] != '\0') actions.camera = CameraWish{What::rename, index, typed.data()};
+            ImGui::CloseCurrentPopup();
+        }
+        if (ImGui::Selectable("Replace by what is seen now"))
+            actions.camera = CameraWish{What::replace, index};
+        if (ImGui::Selectable("Remove")) actions.camera = CameraWish{What::remove, index};
+        ImGui::EndPopup();
+    }
+    ImGui::PopID();
+}
+
+void drawNamedCameras(std::span<const NamedCamera> cameras, PanelActions& actions) {
+    static std::array<char, NamedCamera::maxNameBytes + 1> typed{};
+    bool keep = ImGui::InputTextWithHint("##camera's name", "this camera's name", typed.data(), typed.size(),
+                                         ImGuiInputTextFlags_EnterReturnsTrue);
+    ImGui::SameLine(0.0F, ImGui::GetStyle().ItemInnerSpacing.x);
+    keep |= ImGui::Button("Keep it");
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("under this name, or as \"camera 1\", for this dataset");
+    if (keep) {
+        actions.camera = CameraWish{CameraWish::What::keep, 0, typed.data()};
+        typed.fill('\0');
+    }
+    for (std::size_t i = 0; i < cameras.size(); ++i) drawNamedCamera(cameras[i], i, actions);
+}
+
+void drawCamera(ViewModel& model, std::span<const NamedCamera> cameras, PanelActions& actions) {
     if (!section("Camera")) return;
     commandButton(actions, "Fit", "Fit (F)");
     ImGui::SameLine();
@@ -289,6 +333,7 @@ void drawCamera(ViewModel& model, PanelActions& actions) {
         ImGui::SameLine();
         commandButton(actions, command, label);
     }
+    drawNamedCameras(cameras, actions);
     if (model.layers().size() > 1) drawDepthContrast(model, actions);
     drawTypedCamera(model, actions);
 }
@@ -375,7 +420,7 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, const
         if (model.kind() != proto::Layer::KIND_NOT_SET) model.editor().draw(layer);
         drawCutAway(model, handles, layer);
         drawPlacement(model, handles, layer);
-        drawCamera(model, layer.actions);
+        drawCamera(model, panes.cameras, layer.actions);
         drawViews(panes, layer.actions);
         drawAnnotations(layer.actions, model.numbers.annotations);
         drawJobs(layer.server, layer.actions);

@@ -4,6 +4,9 @@
 // can do. Main thread, between Window::beginFrame and drawFrame.
 #pragma once
 
+#include <span>
+
+#include "client/view/hand/named_cameras.h"
 #include "client/view/layers/handles.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/panel_widgets.h"
@@ -13,10 +16,11 @@
 
 namespace mote::client {
 
-/// How many panes the window has, and what they do together.
+/// How many panes the window has, what they do together, and the named cameras of the active one's dataset.
 struct PanesShown {
     std::size_t count = 1;
     Links links;
+    std::span<const NamedCamera> cameras = {};
 };
 
 /// The panel's, until its edge is dragged; screen coordinates at a content scale of 1, as its width always.

@@ -55,6 +55,10 @@ std::string metric(double value, const char* unit) {
     return fmt::format("{:.3g} {}{}{}", value, prefix, word ? " " : "", unit);
 }
 
+void endByEscape() {
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
+}
+
 void note(PanelActions& actions, bool changed) {
     actions.viewChanged |= changed;
     actions.editing |= ImGui::IsItemActive();

@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 
+#include "client/view/hand/named_cameras.h"
 #include "client/view/knot_curve.h"
 #include "client/view/replot.h"
 #include "client/view/slider_values.h"
@@ -35,6 +36,7 @@ struct PanelActions {
     bool moreJobs = false;                 ///< the next page of them
     std::string refused;                   ///< why what was typed is not taken
     std::optional<std::string> saveFilm;   ///< an id
+    std::optional<CameraWish> camera;      ///< of the active pane's dataset
     std::optional<float> panelWidth;       ///< screen coordinates at a content scale of 1
 };
 
@@ -48,6 +50,9 @@ bool section(const char* title);
 
 /// A number of things with a metric prefix and three digits: "1.23 M points", "512 B/s".
 std::string metric(double value, const char* unit);
+
+/// Ends the popup that is drawn if Escape is pressed.
+void endByEscape();
 
 /// Notes that the last widget changed the view, and whether it is still held.
 void note(PanelActions& actions, bool changed);

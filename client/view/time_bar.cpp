@@ -7,15 +7,16 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
+
+#include "client/shared/numbers.h"
+#include "client/view/numbers/plot_frame.h"
 
 namespace mote::client {
 namespace {
 
 constexpr int mostTicks = 200;
-
-void tooltipOf(const char* said) {
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", said);
-}
+constexpr std::string_view evenly = "step";
 
 /// Every so many steps there is a tick, so that they can be told apart.
 int tickStride(int steps, float width) {
@@ -25,53 +26,209 @@ int tickStride(int steps, float width) {
     return stride;
 }
 
-}  // namespace
-
-std::vector<double> stepTimes(const proto::Manifest& manifest) {
-    std::vector<double> times;
-    for (const auto& step : manifest.particles().steps()) times.push_back(step.time());
-    for (const auto& step : manifest.hybrid().steps()) times.push_back(step.time());
-    const bool finite = std::ranges::all_of(times, [](double time) { return std::isfinite(time); });
-    if (!finite || std::ranges::adjacent_find(times, std::greater_equal<>()) != times.end()) return {};
-    return times;
+bool tellsApart(const std::vector<double>& values) {
+    return values.size() > 1 &&
+           std::ranges::all_of(values, [](double value) { return std::isfinite(value); }) &&
+           (std::ranges::adjacent_find(values, std::greater_equal<>()) == values.end() ||
+            std::ranges::adjacent_find(values, std::less_equal<>()) == values.end());
 }
 
-void TimeBar::drawTrack(ViewModel& model, const std::vector<double>& times, float width,
-                        PanelActions& actions) const {
-    const int steps = model.timedSteps();
-    const bool timed = byTime_ && times.size() == static_cast<std::size_t>(steps);
-    const auto shareOf = [&](int step) {
-        if (!timed) return static_cast<double>(step) / (steps - 1);
-        const auto at = static_cast<std::size_t>(step);
-        return (times[at] - times.front()) / (times.back() - times.front());
-    };
-    const ImVec2 origin = ImGui::GetCursorScreenPos();
-    const float height = ImGui::GetFrameHeight(), edge = 0.5F * ImGui::GetFontSize();
+/// A statistic of each step; none where a step lacks it.
+std::vector<double> statisticOfSteps(const proto::ParticlesManifest& plot, std::string_view name) {
+    const auto found = std::ranges::find(plot.statistic_names(), name);
+    const int at = static_cast<int>(found - plot.statistic_names().begin());
+    std::vector<double> values;
+    for (const auto& step : plot.steps()) {
+        if (at >= step.statistics_size()) return {};
+        values.push_back(step.statistics(at));
+    }
+    return values;
+}
+
+/// Where the steps lie on the track, 0 to 1.
+struct StepPlaces {
+    const TimeScale* scale;  // null: evenly
+    int steps;
+
+    double first() const { return scale != nullptr ? scale->values.front() : 0.0; }
+    double last() const { return scale != nullptr ? scale->values.back() : steps - 1.0; }
+    double shareOf(double value) const { return (value - first()) / (last() - first()); }
+    double share(int step) const {
+        return shareOf(scale != nullptr ? scale->values[static_cast<std::size_t>(step)] : step);
+    }
+    int nearest(double share) const {
+        int best = 0;
+        for (int step = 1; step < steps; ++step) {
+            if (std::abs(this->share(step) - share) < std::abs(this->share(best) - share)) best = step;
+        }
+        return best;
+    }
+};
+
+/// Round numbers above the ticks; the last one says their unit.
+void drawNumbers(const StepPlaces& places, const std::function<float(double)>& across, float top,
+                 float width) {
+    const auto* scale = places.scale;
+    const bool whole = scale == nullptr || scale->unit == "1";
+    const Interval ends{std::min(places.first(), places.last()), std::max(places.first(), places.last())};
+    const double room = width / (3.5F * ImGui::GetFontSize()),
+                 most = whole ? std::min(room, ends.high - ends.low) : room;
+    const auto ticks =
+        ticksOf(ends, scale != nullptr ? scale->unit : "1", std::clamp(static_cast<int>(most), 1, 20));
+    ImDrawList& draw = *ImGui::GetWindowDrawList();
+    for (std::size_t i = 0; i < ticks.at.size(); ++i) {
+        if (whole && ticks.at[i] != std::round(ticks.at[i])) continue;
+        auto label = ticks.labels[i];
+        if (!whole && i + 1 == ticks.at.size()) label += " " + ticks.unit;
+        const float half = 0.5F * ImGui::CalcTextSize(label.c_str()).x;
+        const float middle = std::clamp(across(places.shareOf(ticks.at[i])), across(0.0) + half - 3.0F,
+                                        std::max(across(1.0) - half + 3.0F, across(0.0)));
+        draw.AddText({std::round(middle - half), top}, IM_COL32(255, 255, 255, 150), label.c_str());
+    }
+}
+
+}  // namespace
+
+std::string TimeScale::said(std::size_t step) const {
+    const double value = values[step];
+    const char* letter = name == "time" ? "t = " : name == "position" ? "z = " : "iteration ";
+    if (unit == "1") return fmt::format("{}{:.15g}", letter, value);
+    const auto scaled = scaledUnit(std::max(std::abs(values.front()), std::abs(values.back())), unit);
+    return fmt::format("{}{:.4g} {}", letter, value / scaled.scale, scaled.name);
+}
+
+std::vector<TimeScale> timeScales(const proto::Manifest& manifest) {
+    const auto& plot = manifest.particles();
+    std::vector<double> iterations, times, numbers;
+    for (const auto& step : plot.steps()) {
+        iterations.push_back(static_cast<double>(step.iteration()));
+        times.push_back(step.time());
+    }
+    for (const auto& step : manifest.hybrid().steps()) {
+        numbers.push_back(static_cast<double>(numbers.size()));
+        times.push_back(step.time());
+    }
+    if (times == numbers) times.clear();  // of a source without time
+    std::vector<TimeScale> scales{{"iteration", "1", std::move(iterations)},
+                                  {"time", "s", std::move(times)},
+                                  {"position", "m", statisticOfSteps(plot, "mean_z")}};
+    std::erase_if(scales, [](const TimeScale& scale) { return !tellsApart(scale.values); });
+    return scales;
+}
+
+void TimeBar::drawTrack(ViewModel& model, const TimeScale* chosen, float width, PanelActions& actions) const {
+    const StepPlaces places{chosen, model.timedSteps()};
+    const ImVec2 window = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+    const float letter = ImGui::GetFontSize(), edge = 0.5F * letter, top = window.y + 1.0F;
+    const ImVec2 origin{ImGui::GetCursorScreenPos().x, top};
+    const float height = size.y - 2.0F, bottom = top + height, tick = bottom - 0.45F * letter;
     const float room = std::max(width - 2.0F * edge, 1.0F);
+    ImGui::SetCursorScreenPos(origin);
     ImGui::InvisibleButton("track", {width, height});
     note(actions, false);
     ImDrawList& draw = *ImGui::GetWindowDrawList();
-    const auto across = [&](int step) { return origin.x + edge + room * static_cast<float>(shareOf(step)); };
-    draw.AddRectFilled(origin, {origin.x + width, origin.y + height}, IM_COL32(24, 30, 42, 255), 4.0F);
-    const int stride = tickStride(steps, room);
-    for (int step = 0; step < steps; step += stride)
-        draw.AddLine({across(step), origin.y + 0.55F * height}, {across(step), origin.y + height},
-                     IM_COL32(255, 255, 255, 70));
-    const auto shown = std::min(static_cast<int>(model.timedLayer().step()), steps - 1);
-    draw.AddRectFilled({across(shown) - 0.4F * edge, origin.y},
-                       {across(shown) + 0.4F * edge, origin.y + height}, IM_COL32(90, 160, 255, 255), 3.0F);
-    if (!ImGui::IsItemActive()) return;
-    int nearest = 0;
-    const float mouse = ImGui::GetIO().MousePos.x;
-    for (int step = 1; step < steps; ++step) {
-        if (std::abs(across(step) - mouse) < std::abs(across(nearest) - mouse)) nearest = step;
+    const auto across = [&](double share) { return origin.x + edge + room * static_cast<float>(share); };
+    draw.AddRectFilled(origin, {origin.x + width, bottom}, IM_COL32(24, 30, 42, 255), 4.0F);
+    const auto shown = std::min(static_cast<int>(model.timedLayer().step()), places.steps - 1);
+    const float at = across(places.share(shown));
+    draw.AddRectFilled({at - 0.4F * edge, origin.y}, {at + 0.4F * edge, bottom}, IM_COL32(90, 160, 255, 255),
+                       3.0F);
+    const int stride = tickStride(places.steps, room);
+    for (int step = 0; step < places.steps; step += stride) {
+        const float x = std::round(across(places.share(step)));
+        draw.AddLine({x, tick}, {x, bottom}, IM_COL32(255, 255, 255, 110));
     }
+    drawNumbers(places, across, top + 0.5F * (tick - top - letter), room);
+    const double pointed = (ImGui::GetIO().MousePos.x - across(0.0)) / room;
+    if (ImGui::IsItemHovered() && !ImGui::IsItemActive()) {
+        const int step = places.nearest(pointed);
+        const auto what = fmt::format("step {}", step);
+        helpAtRest(
+            (chosen != nullptr ? what + ", " + chosen->said(static_cast<std::size_t>(step)) : what).c_str());
+    }
+    if (!ImGui::IsItemActive()) return;
+    const int nearest = places.nearest(pointed);
     if (nearest == static_cast<int>(model.timedLayer().step())) return;
     model.setTimedStep(static_cast<std::uint32_t>(nearest));
     actions.viewChanged = true;
 }
 
-void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<double>& times,
+/// How it is played, and by what ticks lie.
+void TimeBar::drawPlaying(Playback& playback, const std::vector<TimeScale>& scales, float density) {
+    const float gap = 6.0F * density;
+    ImGui::Checkbox("back", &playback.backwards);
+    helpAtRest("play from the last step to the first");
+    ImGui::SameLine(0.0F, gap);
+    ImGui::Checkbox("loop", &playback.loop);
+    helpAtRest("begin again at the other end");
+    ImGui::SameLine(0.0F, gap);
+    ImGui::SetNextItemWidth(42.0F * density);
+    ImGui::DragInt("##stride", &playback.stride, 0.1F, 1, 1000, "x%d", ImGuiSliderFlags_AlwaysClamp);
+    helpAtRest("steps at a time, while it is played");
+    ImGui::SameLine(0.0F, gap);
+    ImGui::SetNextItemWidth(62.0F * density);
+    ImGui::DragFloat("##speed", &playback.stepsPerSecond, 0.1F, 0.5F, 60.0F, "%.1f/s",
+                     ImGuiSliderFlags_AlwaysClamp);
+    helpAtRest("steps a second");
+    ImGui::SameLine(0.0F, gap);
+    std::vector<std::string_view> names{evenly};
+    for (const auto& each : scales) names.push_back(each.name);
+    std::string chosen(std::ranges::find(names, scale) != names.end() ? std::string_view(scale) : evenly);
+    ImGui::SetNextItemWidth(85.0F * density);
+    if (chooseName("##scale", chosen, names)) scale = chosen;
+    helpAtRest("what the bar is an axis of: ticks lie where the steps lie in it");
+}
+
+void TimeBar::drawButtons(const Playback& playback, float density, PanelActions& actions) {
+    const auto button = [&](const char* label, const char* command) {
+        if (ImGui::Button(label)) actions.command = command;
+        helpAtRest(command);
+        ImGui::SameLine(0.0F, 4.0F * density);
+    };
+    button("|<##time", "First step");
+    button("<##time", "Step before");
+    button(playback.playing ? "Pause" : "Play", "Play or pause");
+    button(">##time", "Next step");
+    button(">|##time", "Last step");
+}
+
+/// Without room, what is asked for least gives way.
+void TimeBar::drawRow(ViewModel& model, Playback& playback, const std::vector<TimeScale>& scales,
+                      float density, PanelActions& actions) {
+    const auto steps = static_cast<std::size_t>(model.timedSteps());
+    const auto find = [&](std::string_view name) -> const TimeScale* {
+        const auto found = std::ranges::find(scales, name, &TimeScale::name);
+        return found != scales.end() && found->values.size() == steps ? &*found : nullptr;
+    };
+    const auto* chosen = find(scale);
+    const auto* told = chosen != nullptr ? chosen : find("time");
+    const auto shown = static_cast<std::size_t>(model.timedLayer().step());
+    std::string said = fmt::format("step {} of {}", shown, steps - 1);
+    if (told != nullptr && shown < steps) said += ", " + told->said(shown);
+    const float playing = 326.0F * density, least = 150.0F * density;
+    const float left =
+        ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(said.c_str()).x - 16.0F * density;
+    const bool plays = left - playing >= least;
+    if (left >= least) {
+        ImGui::AlignTextToFramePadding();
+        text(said);
+        const float behind = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x;
+        ImGui::SameLine(std::max(plays ? 300.0F * density : 0.0F, behind + 8.0F * density));
+    }
+    const ImVec2 row = ImGui::GetCursorPos();
+    const float rest = plays ? playing : 36.0F * density;
+    const float width = std::max(ImGui::GetContentRegionAvail().x - rest, 40.0F);
+    drawTrack(model, chosen, width, actions);
+    ImGui::SetCursorPos({row.x + width + ImGui::GetStyle().ItemSpacing.x, row.y});
+    if (plays) return drawPlaying(playback, scales, density);
+    if (ImGui::Button("...##time")) ImGui::OpenPopup("playing");
+    if (!ImGui::BeginPopup("playing")) return;
+    endByEscape();
+    drawPlaying(playback, scales, density);
+    ImGui::EndPopup();
+}
+
+void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<TimeScale>& scales,
                    const TimeBarPlace& place, PanelActions& actions) {
     ImGui::SetNextWindowPos({place.left, place.top});
     ImGui::SetNextWindowSize({place.width, height(place.scale)});
@@ -80,45 +237,8 @@ void TimeBar::draw(ViewModel& model, Playback& playback, const std::vector<doubl
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBringToFrontOnFocus |
                      ImGuiWindowFlags_NoFocusOnAppearing);
     ImGui::PopStyleVar();
-    const auto button = [&](const char* label, const char* command) {
-        if (ImGui::Button(label)) actions.command = command;
-        tooltipOf(command);
-        ImGui::SameLine(0.0F, 4.0F * place.scale);
-    };
-    button("|<##time", "First step");
-    button("<##time", "Step before");
-    button(playback.playing ? "Pause" : "Play", "Play or pause");
-    button(">##time", "Next step");
-    button(">|##time", "Last step");
-    const auto shown = static_cast<std::size_t>(model.timedLayer().step());
-    std::string said = fmt::format("step {} of {}", shown, model.timedSteps() - 1);
-    if (shown < times.size()) said += fmt::format(", t = {:.5g} s", times[shown]);
-    ImGui::AlignTextToFramePadding();
-    text(said);
-    const float behind = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x;
-    ImGui::SameLine(std::max(300.0F * place.scale, behind + 8.0F * place.scale));
-    const float rest = 330.0F * place.scale;
-    drawTrack(model, times, std::max(ImGui::GetContentRegionAvail().x - rest, 40.0F), actions);
-    ImGui::SameLine();
-    ImGui::Checkbox("back", &playback.backwards);
-    tooltipOf("play from the last step to the first");
-    ImGui::SameLine();
-    ImGui::Checkbox("loop", &playback.loop);
-    tooltipOf("begin again at the other end");
-    ImGui::SameLine();
-    ImGui::SetNextItemWidth(42.0F * place.scale);
-    ImGui::DragInt("##stride", &playback.stride, 0.1F, 1, 1000, "x%d", ImGuiSliderFlags_AlwaysClamp);
-    tooltipOf("steps at a time, while it is played");
-    ImGui::SameLine();
-    ImGui::SetNextItemWidth(62.0F * place.scale);
-    ImGui::DragFloat("##speed", &playback.stepsPerSecond, 0.1F, 0.5F, 60.0F, "%.1f/s",
-                     ImGuiSliderFlags_AlwaysClamp);
-    tooltipOf("steps a second");
-    ImGui::SameLine();
-    ImGui::BeginDisabled(times.empty());
-    ImGui::Checkbox("time", &byTime_);
-    ImGui::EndDisabled();
-    tooltipOf("ticks lie where the steps lie in time");
+    drawButtons(playback, place.scale, actions);
+    drawRow(model, playback, scales, place.scale, actions);
     ImGui::End();
 }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TimeBar: the steps of what is shown, in a bar below the picture: where it stands, going there, and playing.
-// Main thread, within a Dear ImGui frame.
+// TimeBar: the steps of what is shown, in a bar below the picture: an axis of steps, iterations, time or
+// position, going there, and playing. Main thread, within a Dear ImGui frame.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/view/panel_widgets.h"
@@ -40,8 +41,18 @@ class Playback {
     double last_ = 0.0;  // seconds; when a step was last shown
 };
 
-/// The times of a dataset's steps, ascending; empty where it says none that can be told apart.
-std::vector<double> stepTimes(const proto::Manifest& manifest);
+/// A number that each step of a dataset has, by which all of them can be told apart: it ascends or descends.
+struct TimeScale {
+    std::string_view name;  ///< "iteration", "time", "position" (of the particles' mean along z)
+    std::string_view unit;  ///< "s", "m"; "1": none
+    std::vector<double> values;
+
+    /// "t = 3.3 ns"
+    std::string said(std::size_t step) const;
+};
+
+/// Those that a dataset says; none of one with fewer than two steps.
+std::vector<TimeScale> timeScales(const proto::Manifest& manifest);
 
 struct TimeBarPlace {
     float left, top, width, scale;  ///< screen coordinates; pixels to one of them
@@ -50,15 +61,18 @@ struct TimeBarPlace {
 class TimeBar {
   public:
     static constexpr float height(float scale) { return 32.0F * scale; }  // a row with room around it
-    /// `times`: of the steps, or none.
-    void draw(ViewModel& model, Playback& playback, const std::vector<double>& times,
+    /// `scales`: of the steps, or none.
+    void draw(ViewModel& model, Playback& playback, const std::vector<TimeScale>& scales,
               const TimeBarPlace& place, PanelActions& actions);
 
-  private:
-    void drawTrack(ViewModel& model, const std::vector<double>& times, float width,
-                   PanelActions& actions) const;
+    std::string scale;  ///< by which its ticks lie, if the steps have it; else they lie evenly
 
-    bool byTime_ = false;  // else steps lie evenly
+  private:
+    static void drawButtons(const Playback& playback, float density, PanelActions& actions);
+    void drawRow(ViewModel& model, Playback& playback, const std::vector<TimeScale>& scales, float density,
+                 PanelActions& actions);
+    void drawTrack(ViewModel& model, const TimeScale* chosen, float width, PanelActions& actions) const;
+    void drawPlaying(Playback& playback, const std::vector<TimeScale>& scales, float density);
 };
 
 }  // namespace mote::client

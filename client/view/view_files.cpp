@@ -5,8 +5,10 @@
 #include <imgui.h>
 #include <algorithm>
 #include <cstdlib>
+#include <fstream>
 #include <utility>
 
+#include "client/view/desk.h"
 #include "client/view/panel_widgets.h"
 
 namespace mote::client {
@@ -15,6 +17,20 @@ std::filesystem::path expandHome(const std::string& typed) {
     const char* home = std::getenv("HOME");
     if (home == nullptr || !typed.starts_with("~/")) return typed;
     return std::filesystem::path(home) / typed.substr(2);
+}
+
+std::string keptWish(const char* name) {
+    std::ifstream in(sessionFolder() / name);
+    std::string line;
+    std::getline(in, line);
+    return line;
+}
+
+bool keepWish(const char* name, const std::string& line) {
+    std::error_code code;
+    std::filesystem::create_directories(sessionFolder(), code);
+    std::ofstream out(sessionFolder() / name);
+    return (out << line << '\n').flush().good();
 }
 
 PathPrompt::PathPrompt(std::string title, std::string verb, const std::string& usual, bool mayReplace)

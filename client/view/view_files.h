@@ -15,6 +15,11 @@ namespace mote::client {
 /// "~/film.json" as the shell has it.
 std::filesystem::path expandHome(const std::string& typed);
 
+/// A line that the user's wish for all windows is kept in, in the folder of sessions; empty: none yet.
+std::string keptWish(const char* name);
+/// Keeps it; false if that cannot be.
+bool keepWish(const char* name, const std::string& line);
+
 /// Asks the user for the path of a file, in a window above all others. It stays until what was
 /// asked for is done: its owner closes it, or lets it say what went wrong. Main thread, within a Dear ImGui
 /// frame.

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <cstdlib>
 #include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
@@ -25,7 +25,8 @@ namespace {
 constexpr double activeSeconds = 0.005;  // between looks while a gesture or a refinement is under way
 constexpr double idleSeconds = 0.25;     // while numbers of the line fall to rest, or a cursor blinks
 constexpr double restSeconds = 2.5;      // from what came last to rest: rates are of two seconds
-constexpr int settlingFrames = 3;        // that Dear ImGui takes to lay out what is new
+constexpr const char* panelWidthWish = "panel-width";
+constexpr int settlingFrames = 3;  // that Dear ImGui takes to lay out what is new
 
 /// A server of a node that is down for the night is still waited for.
 constexpr std::chrono::hours untiringPatience{24 * 30};
@@ -70,7 +71,7 @@ Viewer::Viewer(const ViewOptions& options)
     listen();
     interactive_ = !options_.exitAfterStill && !options_.screenshot && !options_.saveView;
     if (interactive_) beginSession();
-    if (interactive_) readPanelWidth();
+    if (interactive_) readWishes();
     if (loaded_.ok() && !filmShown_) askAhead();
     if (!window_) window_ = std::make_shared<Window>(options_.width, options_.height, "Mote");
     window_->setLight(isMarked(lightWindow));
@@ -90,6 +91,8 @@ void Viewer::beginSession() {
     const auto key = sessionKey(what);
     offered_ = lastSession(sessionFolder(), key);
     desk_.keepIn(sessionFolder(), key);
+    const auto cameras = shelf_.keepIn(sessionFolder() / (key + ".cameras"));
+    if (!cameras.ok()) say("Cameras are not kept: " + cameras.error().toString());
 }
 
 void Viewer::listen() {
@@ -584,19 +587,12 @@ void Viewer::askForBrush() {
     say(brush.takeRefusal());
 }
 
-namespace {
-
-std::filesystem::path panelWidthFile() {
-    return sessionFolder() / "panel-width";
-}
-
-}  // namespace
-
-void Viewer::readPanelWidth() {
-    float width = 0.0F;
-    std::ifstream in(panelWidthFile());
-    if (in >> width && width >= leastPanelWidth && width <= static_cast<float>(View::maxSide))
+void Viewer::readWishes() {
+    const auto line = keptWish(panelWidthWish);
+    const float width = std::strtof(line.c_str(), nullptr);
+    if (width >= leastPanelWidth && width <= static_cast<float>(View::maxSide))
         panelWidth_ = keptPanelWidth_ = width;
+    timeBar_.scale = keptWish(timeScaleWish);
 }
 
 /// It is kept once it is let go.
@@ -604,9 +600,7 @@ void Viewer::takePanelWidth(const PanelActions& actions) {
     if (actions.panelWidth) panelWidth_ = *actions.panelWidth;
     if (ImGui::IsAnyMouseDown() || panelWidth_ == keptPanelWidth_) return;
     keptPanelWidth_ = panelWidth_;
-    std::error_code code;
-    std::filesystem::create_directories(sessionFolder(), code);
-    std::ofstream(panelWidthFile()) << panelWidth_ << '\n';
+    keepWish(panelWidthWish, fmt::format("{}", panelWidth_));
 }
 
 /// Of the layer's space, in which the plot is a cube; a single place is given some room.
@@ -665,6 +659,42 @@ void Viewer::fitSelection() {
     });
 }
 
+void Viewer::takeCameraWish(const CameraWish& wish) {
+    const auto cameras = shelf_.of(pane().subject);
+    ++gesture_;
+    if (wish.what != CameraWish::What::go) {
+        const auto kept = shelf_.apply(pane().subject, wish, model().camera(activeArea().aspect()));
+        if (!kept.ok()) say(kept.error().toString());
+    } else if (wish.index < cameras.size()) {
+        film_.stop();
+        glide_.begin(model().camera(activeArea().aspect()), cameras[wish.index].camera, ImGui::GetTime());
+        model().setCamera(model().camera(activeArea().aspect()));
+    }
+}
+
+void Viewer::makeCameraCommands() {
+    std::vector<std::string> names;
+    for (const auto& camera : shelf_.of(pane().subject)) names.push_back(camera.name);
+    if (std::exchange(cameraCommands_, names) == names) return;
+    constexpr const char* group = "Named camera";
+    std::erase_if(commands_,
+                  [&](const Command& command) { return std::string_view(command.group) == group; });
+    for (const auto& name : names) window_->letters().learn(name);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        commands_.push_back({group, names[i], i < 9 ? fmt::format("{}", i + 1) : "", [this, i] {
+                                 takeCameraWish({CameraWish::What::go, i});
+                             }});
+}
+
+/// A short way to a camera that was asked for.
+void Viewer::glide() {
+    const auto camera = glide_.next(ImGui::GetTime(), model().camera(activeArea().aspect()));
+    if (!camera) return;
+    model().setCamera(*camera);
+    pane().dirty = true;
+    moving_ |= glide_.underWay();
+}
+
 void Viewer::hearServer() {
     connection_.poll();
     panes_.pollFurther();
@@ -679,11 +709,13 @@ void Viewer::drawAll(const PictureArea& whole) {
     takePress(whole);
     takeInput(activeArea());
     steer(activeArea());
+    glide();
+    makeCameraCommands();
     drawFlight(activeArea());
     play();
     learnDatasets();
     refreshShown();
-    const PanesShown shown{panes_.size(), panes_.links()};
+    const PanesShown shown{panes_.size(), panes_.links(), shelf_.of(pane().subject)};
     if (panelShown_) {
         const auto actions =
             drawPanel(model(), numbers_, handles_, server_, shown, window_->contentScale(), panelWidth_);

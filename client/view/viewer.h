@@ -22,6 +22,7 @@
 #include "client/view/datasets/dataset_browser.h"
 #include "client/view/desk.h"
 #include "client/view/film_editor.h"
+#include "client/view/hand/named_cameras.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/over_picture.h"
 #include "client/view/panel.h"
@@ -146,7 +147,7 @@ class Viewer {
     float filmHeight(float scale) const;
     float timeHeight(float scale) const;
     void takePanelWidth(const PanelActions& actions);
-    void readPanelWidth();
+    void readWishes();
     /// What all panes share, and that of the active one.
     PictureArea pictureArea() const;
     PictureArea areaWithin(glm::vec2 size, glm::vec2 density, float scale) const;
@@ -173,11 +174,16 @@ class Viewer {
     void fitSelection();
     void fitTo(Pane& in, const Bounds& box);
     void setCamera(const Camera& camera);
+    void glide();
+    void takeCameraWish(const CameraWish& wish);
+    /// Those of the active pane's dataset, first to ninth by their numbers.
+    void makeCameraCommands();
     void goSteps(std::int64_t steps);
     void makeCommands();
     void makeViewCommands();
     /// What the user wants of all windows: marks in the folder of sessions.
-    static constexpr const char *lightWindow = "light", *noDevices = "no-devices";
+    static constexpr const char *lightWindow = "light", *noDevices = "no-devices",
+                                *timeScaleWish = "time-scale";
     static bool isMarked(const char* name);
     void mark(const char* name, bool marked);
     void useLight(bool light);
@@ -215,6 +221,9 @@ class Viewer {
     ServerState server_;
     ViewFiles files_;
     Desk desk_;
+    CameraShelf shelf_;
+    CameraGlide glide_;
+    std::vector<std::string> cameraCommands_;  // names of the cameras that commands go to
     Notes notes_;
     std::vector<Command> commands_;
     CommandPalette palette_;

@@ -303,6 +303,7 @@ void Viewer::apply(const PanelActions& actions) {
     say(actions.refused);
     if (actions.command != nullptr) run(actions.command);
     if (actions.plot) plot(*actions.plot);
+    if (actions.camera) takeCameraWish(*actions.camera);
     for (const auto& job : server_.jobs) {
         if (job.id() != actions.saveFilm) continue;
         filmShown_ = true;  // it asks where to
@@ -355,10 +356,12 @@ void Viewer::drawTime(const PictureArea& whole) {
     if (timeHeight(whole.scale) <= 0.0F) return;
     PanelActions actions;
     const auto* described = film_.description(timed().model.timedLayer().dataset());
-    const auto times = described != nullptr ? stepTimes(described->manifest()) : std::vector<double>();
+    const auto scales = described != nullptr ? timeScales(described->manifest()) : std::vector<TimeScale>();
     const auto before = timed().model.timedLayer().step();
-    timeBar_.draw(timed().model, playback_, times, {0.0F, whole.height, whole.width, whole.scale}, actions);
+    const auto scale = timeBar_.scale;
+    timeBar_.draw(timed().model, playback_, scales, {0.0F, whole.height, whole.width, whole.scale}, actions);
     timed().dirty |= timed().model.timedLayer().step() != before;
+    if (timeBar_.scale != scale) keepWish(timeScaleWish, timeBar_.scale);
     apply(actions);
 }
 
@@ -435,6 +438,7 @@ void Viewer::makeCommands() {
     add("Layer", "Place by hand", "G", [this] { handles_.places = !handles_.places; });
     add("Camera", "Fit", "F", [this] { fitView(); });
     add("Camera", "Fit to the selection", "", [this] { fitSelection(); });
+    add("Camera", "Keep this camera", "", [this] { takeCameraWish({CameraWish::What::keep}); });
     add("Camera", "Fly", "Shift+F", [this] { setFlying(!flying_); });
     add("Camera", "Gamepads and 3D mice on or off", "", [this] { useDevices(isMarked(noDevices)); });
     add(
@@ -561,6 +565,7 @@ void Viewer::goSteps(std::int64_t steps) {
 
 void Viewer::lookAtDesk() {
     panes_.follow();
+    desk_.nameCameras(shelf_.state());
     desk_.look(panes_.looked(), panes_.activeIndex(), panes_.links(), film_.film(), gesture_);
     if (film_.isSaved()) desk_.filmSaved();
 }
@@ -571,6 +576,8 @@ void Viewer::restore(const std::optional<DeskState>& state, const char* where) {
     panes_.setIds(state->panes);
     panes_.restoreLinks(state->links);
     if (state->film->revision() != film_.film().revision()) film_.restore(*state->film);
+    const auto named = shelf_.restore(state->named);
+    if (!named.ok()) say(named.error().toString());
     film_.stop();
     playback_.playing = false;
     for (const auto& was : state->panes) {

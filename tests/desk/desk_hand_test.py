@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A person flies, paints on a drawing and places layers in metres: docs/VIEWER.md, "What a person does"."""
 import shutil
+import signal
 import subprocess
 import time
 import unittest
@@ -65,6 +66,51 @@ class DeskHand(DeskCase):
         viewer.see("0.78 of the way", within=(0, 0, PANEL, 60))  # times 1.25 twice
         viewer.do("Fly")
         viewer.gone("Flying", within=(0, 0, PANEL, 60))
+
+    def test_95_a_camera_gets_a_name_and_is_gone_back_to(self):
+        panel = (PANEL, 0, 1280, 720)
+        viewer = self.beam()
+        viewer.key("x")
+        side = viewer.shows(lambda view: "camera" in view)["camera"]
+        viewer.move(1100, 600)
+        viewer.wheel(1100, 600, -40)
+        viewer.press("this camera's name", within=panel)
+        viewer.type("from aside")
+        viewer.key("Return")
+        viewer.see("from aside", within=panel)
+        viewer.drag((300, 300), (450, 330))
+        away = viewer.shows(lambda view: view["camera"] != side)["camera"]
+        viewer.press("from aside", within=panel)
+        viewer.shows(lambda view: view["camera"] == side, "the side")
+        viewer.key("[")  # the way there is one step
+        viewer.shows(lambda view: view["camera"] == away, "where it was before")
+        viewer.key("1")
+        viewer.shows(lambda view: view["camera"] == side, "the side by its number")
+        # It outlives the viewer, and is this dataset's.
+        viewer.process.send_signal(signal.SIGKILL)
+        viewer.process.wait()
+        again = self.beam(state=viewer.folder)
+        again.do("from aside")
+        again.shows(lambda view: "camera" in view and view["camera"] == side, "the side again")
+        again.wheel(1100, 600, -40)
+        x, y = again.see("from aside", within=panel)
+        dots = again.see("...", within=(1200, y - 12, 1280, y + 12), least=0.7)
+        again.click(*dots)
+        x, y = again.see("name", within=(PANEL - 200, y, 1280, 720), least=0.95)
+        again.click(x - 60, y)
+        again.key("ctrl+a")
+        again.type("left")
+        again.key("Return")
+        again.gone("from aside", within=panel)
+        y = again.see("left", within=(PANEL, y - 80, 1100, y + 20))[1]
+        again.click(*dots)
+        again.press("Remove", within=(PANEL - 200, y, 1280, 720))
+        row = (PANEL, y - 12, 1100, y + 12)
+        again.gone("left", within=row)
+        again.key("ctrl+z")
+        again.see("left", within=row)
+        again.key("ctrl+z")
+        again.see("from aside", within=row)
 
     def metres(self, stretch):
         """A cube of one metre, its faces a metre off the middle at most; a metre is 180 pixels across."""

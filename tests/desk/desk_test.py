@@ -578,6 +578,28 @@ class Desk(DeskCase):
         viewer.gone("Pause")
         viewer.shows(lambda view: view["layers"][0].get("step", 0) == 0)
 
+    def test_94_ticks_lie_by_iterations_and_so_they_stay(self):
+        viewer = self.beam()
+        chooser, row = (820, 690, PANEL, 720), (140, 690, 320, 720)
+        viewer.see("t = 0 ns", within=row)
+        viewer.press("step", within=chooser)
+        viewer.press("iteration", within=(820, 560, PANEL, 700))
+        viewer.click(598, 705)
+        viewer.see("iteration 480", within=row)
+        viewer.see("400", within=(300, 690, 610, 720))  # between two steps
+        viewer.shows(lambda view: view["layers"][0].get("step") == 5)
+        again = self.beam(state=viewer.folder)
+        again.see("iteration", within=chooser)
+        again.display.resize(700, 720)
+        again.press("...", within=(300, 690, 360, 720), least=0.7)
+        for word in ("back", "loop"):
+            again.press(word, within=(300, 600, 700, 720))
+        again.key("Escape")
+        again.key("End")
+        again.shows(lambda view: view["layers"][0].get("step") == 5)
+        again.key("space")
+        again.shows(lambda view: view["layers"][0].get("step", 0) == 0)
+
     # Pictures.
 
     def test_53_a_picture_is_saved_at_any_size(self):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the pictures of docs/VIEWER.md, but for the first, by a hand in a real window of a virtual display.
 
-    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views
+    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time
 """
 import json
 import math
@@ -20,6 +20,7 @@ from desk_case import PANEL, data
 
 PLOTS = {"beam": "x,px,y", "beam-xyz": "x,y,z", "beam-long": "z,pz,x", "beam-y": "y,py,x"}
 LIST = (0, 80, PANEL, 720)
+NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time")
 STEP = 2
 
 
@@ -97,6 +98,28 @@ class Pictures:
         viewer.see("Look from +x")
         self.keep(viewer, "keys")
 
+    def cameras(self):
+        viewer = self.viewer(self.beam())
+        viewer.wheel(1100, 600, -40)
+        for key, name in (("x", "along x"), ("y", "from above"), ("z", "")):
+            viewer.key(key)
+            if name:
+                viewer.press("this camera's name", within=(PANEL, 0, 1280, 720))
+                viewer.type(name)
+                viewer.key("Return")
+                viewer.see(name, within=(PANEL, 0, 1280, 720))
+        y = viewer.see("from above", within=(PANEL, 0, 1280, 720))[1]
+        viewer.click(*viewer.see("...", within=(1200, y - 12, 1280, y + 12), least=0.7))
+        viewer.see("Replace by what is seen now")
+        self.keep(viewer, "cameras")
+
+    def time(self):
+        viewer = self.viewer(self.beam())
+        viewer.press("step", within=(820, 690, PANEL, 720))
+        viewer.press("time", within=(820, 560, PANEL, 700))
+        viewer.move(490, 705)
+        self.keep(viewer, "time")
+
     def views(self):
         viewer = self.viewer(self.beam(colorBar=True))
         viewer.key("ctrl+4")
@@ -129,7 +152,7 @@ def main(out, *names):
     root = prepare(folder)
     with hand.Server(folder, root) as server:
         pictures = Pictures(folder, server.connection, out)
-        for name in names or ("layers", "cut", "brush", "datasets", "keys", "views"):
+        for name in names or NAMES:
             getattr(pictures, name)()
             print(out / f"viewer-{name}.png", flush=True)
 

@@ -561,13 +561,36 @@ TEST(Playback, GoesBackAndInStridesAndMayEnd) {
     EXPECT_FALSE(playback.playing);
 }
 
-TEST(TimeBar, TimesAreThoseThatTellStepsApart) {
+TEST(TimeBar, ScalesAreThoseThatTellStepsApart) {
     auto manifest = plotOf(3);
-    EXPECT_TRUE(stepTimes(manifest).empty());
-    for (int i = 0; i < 3; ++i) manifest.mutable_particles()->mutable_steps(i)->set_time(0.5 * i);
-    EXPECT_EQ(stepTimes(manifest), (std::vector<double>{0.0, 0.5, 1.0}));
-    manifest.mutable_particles()->mutable_steps(2)->set_time(std::numeric_limits<double>::infinity());
-    EXPECT_TRUE(stepTimes(manifest).empty());
+    auto& plot = *manifest.mutable_particles();
+    EXPECT_TRUE(timeScales(manifest).empty());
+    for (int i = 0; i < 3; ++i) plot.mutable_steps(i)->set_time(2e-9 * i);
+    ASSERT_EQ(timeScales(manifest).size(), 1U);
+    EXPECT_EQ(timeScales(manifest)[0].values, (std::vector<double>{0.0, 2e-9, 4e-9}));
+    EXPECT_EQ(timeScales(manifest)[0].said(1), "t = 2 ns");
+    plot.mutable_steps(2)->set_time(std::numeric_limits<double>::infinity());
+    EXPECT_TRUE(timeScales(manifest).empty());
+    plot.add_statistic_names("mean_x");
+    plot.add_statistic_names("mean_z");
+    for (int i = 0; i < 3; ++i) {
+        plot.mutable_steps(i)->set_iteration(100 * i);
+        plot.mutable_steps(i)->mutable_statistics()->Add(0.0);
+        plot.mutable_steps(i)->mutable_statistics()->Add(-0.5 * i);  // backwards
+    }
+    const auto scales = timeScales(manifest);
+    ASSERT_EQ(scales.size(), 2U);
+    EXPECT_EQ(scales[0].said(2), "iteration 200");
+    EXPECT_EQ(scales[1].name, "position");
+    EXPECT_EQ(scales[1].said(1), "z = -0.5 m");
+}
+
+TEST(TimeBar, NumbersOfStepsAreNoTime) {
+    proto::Manifest manifest;
+    for (int i = 0; i < 3; ++i) manifest.mutable_hybrid()->add_steps()->set_time(i);
+    EXPECT_TRUE(timeScales(manifest).empty());
+    manifest.mutable_hybrid()->mutable_steps(2)->set_time(2.5);
+    EXPECT_EQ(timeScales(manifest).at(0).name, "time");
 }
 
 TEST(ViewModel, AStyleGoesFromLayerToLayer) {
