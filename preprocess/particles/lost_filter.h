@@ -36,7 +36,7 @@ class LostFilter final : public ParticleSource {
     std::string species() const override { return source_->species(); }
     double particleCharge() const override { return source_->particleCharge(); }
     std::string weightUnit() const override { return source_->weightUnit(); }
-    bool readsAtOnce() const override { return source_->readsAtOnce(); }
+    bool readsAtOnce(std::size_t step) const override { return source_->readsAtOnce(step); }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 

@@ -73,7 +73,7 @@ class DatasetSource final : public ParticleSource {
         return {values.begin(), values.end()};
     }
 
-    bool readsAtOnce() const override { return true; }
+    bool readsAtOnce(std::size_t) const override { return true; }
 
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override {

@@ -233,7 +233,7 @@ Status StepReader::forEach(std::size_t begin, std::size_t end,
     while (slots_.size() < std::min(tokens, end - begin)) slots_.push_back(std::make_unique<Slot>());
     tbb::concurrent_bounded_queue<Slot*> free;
     for (auto& slot : slots_) free.push(slot.get());
-    const bool atOnce = source_->readsAtOnce();
+    const bool atOnce = source_->readsAtOnce(step_);
     FirstError failed;
     std::atomic<bool> stopped{false};
     std::size_t next = begin;

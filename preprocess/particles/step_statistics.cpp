@@ -217,7 +217,7 @@ Status forEachChunk(ParticleSource& source, std::size_t step, std::uint64_t begi
     std::vector<ParticleChunk> chunks(2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
     tbb::concurrent_bounded_queue<ParticleChunk*> free;
     for (auto& chunk : chunks) free.push(&chunk);
-    const bool atOnce = source.readsAtOnce();
+    const bool atOnce = source.readsAtOnce(step);
     FirstError failed;
     std::atomic<bool> stopped{false};
     std::uint64_t next = begin;

@@ -95,8 +95,8 @@ class ParticleSource {
     virtual std::string lostParticles() const { return ""; }
     /// A step's statistics by mote::statistics(), where the source keeps them; else none.
     virtual std::vector<double> statistics(std::size_t) const { return {}; }
-    /// Whether several threads may read() rows of one step at once; else one call comes after another.
-    virtual bool readsAtOnce() const { return false; }
+    /// Whether several threads may read() rows of a step at once; else one call comes after another.
+    virtual bool readsAtOnce(std::size_t) const { return false; }
     /// Reads rows [begin, begin + count) of a step, `count` at most 2^22. Missing weights are 1, missing ids
     /// the row.
     virtual Status read(std::size_t step, std::uint64_t begin, std::size_t count,

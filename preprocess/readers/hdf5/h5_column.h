@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // H5Column: a foreign dataset as one column of numbers, read piece by piece. Owned by a reader; used from one
-// thread at a time.
+// thread at a time, unless it says otherwise.
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/hdf5/h5_numbers.h"
 #include "protocol/scene/error.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::prep {
 
@@ -23,6 +27,11 @@ class H5Column {
 
     std::uint64_t rows() const { return rows_; }
     const H5Object& object() const { return numbers_.object(); }
+    /// Whether several threads may read doubles at once: values that lie in the file one behind another, as
+    /// this machine has them, are read without HDF5.
+    bool readsAtOnce() const { return plain_.has_value(); }
+    /// The same of integers.
+    bool readsIntegersAtOnce() const;
 
     /// Values [begin, begin + count), which must lie within the rows, as doubles. Error: corrupt.
     Status read(std::uint64_t begin, std::size_t count, double* values) const;
@@ -30,11 +39,26 @@ class H5Column {
     Status read(std::uint64_t begin, std::size_t count, std::uint64_t* values) const;
 
   private:
+    /// What values are in the file; the number itself says nothing.
+    using Stored = std::variant<double, float, std::int8_t, std::int16_t, std::int32_t, std::int64_t,
+                                std::uint8_t, std::uint16_t, std::uint32_t, std::uint64_t>;
+    /// Values one behind another.
+    struct Plain {
+        std::shared_ptr<const storage::FileDescriptor> file;
+        std::uint64_t offset = 0;  ///< of the first
+        Stored stored;
+    };
+
     explicit H5Column(H5Numbers numbers) : numbers_(std::move(numbers)) {}
+    static std::optional<Stored> storedAs(hid_t type);
+    Status check(std::uint64_t begin, std::size_t count) const;
+    template <class As, class Value>
+    Status readPlain(std::uint64_t begin, std::size_t count, Value* values) const;
     Status readAs(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const;
 
     H5Numbers numbers_;
-    mutable std::vector<float> floats_;  // as they were read last
+    std::optional<Plain> plain_;
+    mutable std::vector<float> floats_;  // as they were read last by HDF5
     std::size_t axis_ = 0;               // the one dimension that is longer than 1
     std::uint64_t rows_ = 1;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/readers/hdf5/h5_file.h"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -108,8 +110,13 @@ Status H5File::openHdf5(const std::filesystem::path& path) {
         return Error{ErrorCode::internal, name_, "HDF5 cannot be set up"};
     }
     file_ = H5Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
-    return file_.ok() ? success()
-                      : Status(corrupt(name_, "HDF5 cannot open the file: it is damaged or cut short"));
+    if (!file_.ok()) return corrupt(name_, "HDF5 cannot open the file: it is damaged or cut short");
+    // HDF5's own descriptor: another file may have the name by now.
+    void* handle = nullptr;
+    if (H5Fget_vfd_handle(file_.get(), access.get(), &handle) < 0 || handle == nullptr) return success();
+    storage::FileDescriptor own(::fcntl(*static_cast<const int*>(handle), F_DUPFD_CLOEXEC, 0));
+    if (own.valid()) descriptor_ = std::make_shared<const storage::FileDescriptor>(std::move(own));
+    return success();
 }
 
 Status H5File::enter(const std::string& path) {

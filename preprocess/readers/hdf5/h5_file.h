@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::prep {
 
@@ -79,6 +80,8 @@ class H5File {
     std::uint64_t bytes() const { return bytes_; }     ///< of the file
     /// Where its values lie, if it is a folder of ADIOS2; else null.
     const std::shared_ptr<BpTree>& bp() const { return bp_; }
+    /// The open file itself, for what is read without HDF5; null if it is a folder of ADIOS2.
+    const std::shared_ptr<const storage::FileDescriptor>& descriptor() const { return descriptor_; }
     const H5Object& root() const { return root_; }
 
     /// Makes the group at `path` the root from which absolute paths are found. Errors: notFound, corrupt.
@@ -101,6 +104,7 @@ class H5File {
     std::string name_;
     std::uint64_t bytes_ = 0;
     std::shared_ptr<BpTree> bp_;
+    std::shared_ptr<const storage::FileDescriptor> descriptor_;
     H5Handle file_;
     H5Object root_;
 };

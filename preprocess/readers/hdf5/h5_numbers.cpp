@@ -63,6 +63,14 @@ Status checkSize(const H5File& file, const H5Object& dataset, std::uint64_t rati
                        (stored == 0 ? ": nothing was written to it" : ": the file is cut short or damaged"));
 }
 
+/// Where the values of a contiguous dataset lie, if all `bytes` of them lie within the file. HDF5 believes
+/// what the file says of it.
+std::optional<std::uint64_t> offsetOf(const H5File& file, const H5Object& dataset, std::uint64_t bytes) {
+    const haddr_t offset = H5Dget_offset(dataset.handle.get());
+    if (offset == HADDR_UNDEF || offset > file.bytes() || bytes > file.bytes() - offset) return std::nullopt;
+    return offset;
+}
+
 /// The next place of a box, the last dimension first; false behind the last one. `step` along each dimension.
 bool advance(std::vector<hsize_t>& place, std::span<const hsize_t> begin, std::span<const hsize_t> end,
              std::span<const hsize_t> step, std::size_t dimensions) {
@@ -166,6 +174,8 @@ Result<H5Numbers> H5Numbers::open(const H5File& file, H5Object dataset, bool col
     }
     for (const auto length : numbers.extent_) values = saturatingProduct(values, length);
     if (values > 0) MOTE_RETURN_IF_ERROR(checkSize(file, dataset, ratio, values, numbers.valueBytes_));
+    if (values > 0 && H5Pget_layout(creation.get()) == H5D_CONTIGUOUS)
+        numbers.offset_ = offsetOf(file, dataset, values * numbers.valueBytes_);
     numbers.dataset_ = std::move(dataset);
     return numbers;
 }

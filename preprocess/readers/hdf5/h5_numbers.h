@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -33,6 +34,10 @@ class H5Numbers {
     bool isSigned() const { return signed_; }
     /// Whether they are stored as this machine's floats, so that reading them as such converts nothing.
     bool isNativeFloat() const { return nativeFloat_; }
+    /// Where in the file all values lie, one behind another, as they are; none: they do not, or not all.
+    const std::optional<std::uint64_t>& offset() const { return offset_; }
+    /// HDF5's name for how a value is stored.
+    hid_t type() const { return type_.get(); }
 
     /// The values from `first` on, `count` along each dimension, as numbers of a type of HDF5's own
     /// (H5T_NATIVE_DOUBLE). The box lies within the extent. Errors: corrupt.
@@ -54,6 +59,7 @@ class H5Numbers {
     std::unique_ptr<BpValues> bp_;      // of a folder of ADIOS2
     std::vector<hsize_t> extent_;
     std::size_t valueBytes_ = 0;  // in the file
+    std::optional<std::uint64_t> offset_;
     bool float_ = false, signed_ = false, nativeFloat_ = false;
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // OpenpmdComponent: one component of an openPMD particle record ("position/x", "weighting"), be it a dataset
-// or a constant written as the attributes `value` and `shape`. Owned by a species; one thread at a time.
+// or a constant written as the attributes `value` and `shape`. Owned by a species; one
+// thread at a time, unless it says otherwise.
 #pragma once
 
 #include <cstdint>
@@ -30,6 +31,9 @@ class OpenpmdComponent {
     std::optional<double> constantValue() const {
         return constant() ? std::optional(value_ * unitSI_) : std::nullopt;
     }
+    /// Whether several threads may read() at once; or readIntegers().
+    bool readsAtOnce() const { return constant() || column_->readsAtOnce(); }
+    bool readsIntegersAtOnce() const { return constant() || column_->readsIntegersAtOnce(); }
     const std::string& where() const { return where_; }
     /// The power of the weighting that its values carry: 0 for those of one real particle.
     double weightingPower() const { return weightingPower_; }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 
@@ -19,6 +21,7 @@ struct OpenpmdPlace {
     std::string root;  ///< the group in the file that is the root of openPMD
     std::string iteration;
     std::optional<std::string> species;
+    bool readsAtOnce = true;  ///< of an empty step nothing is read
 };
 
 class OpenpmdSource : public SeriesSource {
@@ -30,6 +33,7 @@ class OpenpmdSource : public SeriesSource {
     std::string species() const override { return species_; }
     double particleCharge() const override { return particleCharge_; }
     std::string weightUnit() const override { return weightUnit_; }
+    bool readsAtOnce(std::size_t step) const override { return places_[step].readsAtOnce; }
 
   protected:
     Status addFile(const std::filesystem::path& path) override;
@@ -66,10 +70,11 @@ class OpenpmdSource : public SeriesSource {
     std::string weightUnit_;  ///< of all steps with particles; empty where they differ
 
     // Of the step that was read last.
+    std::mutex opening_;  ///< of those below
     std::size_t openStep_ = static_cast<std::size_t>(-1);
     std::optional<H5File> openFile_;
     std::filesystem::path openPath_;
-    std::optional<OpenpmdSpecies> open_;
+    std::shared_ptr<const OpenpmdSpecies> open_;
 };
 
 Status OpenpmdSource::addFile(const std::filesystem::path& path) {
@@ -98,6 +103,7 @@ Status OpenpmdSource::addIteration(const H5File& file, OpenpmdPlace place, const
         MOTE_ASSIGN_OR_RETURN(const auto species,
                               OpenpmdSpecies::open(file, *chosen, iteration.path, wantedMass_));
         addSpecies(species, step);
+        place.readsAtOnce = species.readsAtOnce();
     } else {
         anyWithout_ = true;
     }
@@ -215,15 +221,20 @@ Status OpenpmdSource::openStep(std::size_t step) {
         if (species.rows() != steps_[step].particles) {
             return corrupt(steps_[step].file, "has changed since it was opened");
         }
-        open_ = std::move(species);
+        open_ = std::make_shared<const OpenpmdSpecies>(std::move(species));
     }
     openStep_ = step;
     return success();
 }
 
 Status OpenpmdSource::readRows(std::size_t step, const std::vector<Column>& wanted, ParticleChunk& chunk) {
+    std::unique_lock lock(opening_);
     MOTE_RETURN_IF_ERROR(openStep(step));
-    return open_ ? open_->read(wanted, records(), chunk) : success();
+    const auto species = open_;
+    if (!species) return success();
+    // A file that was made anew may be of another kind.
+    if (species->readsAtOnce()) lock.unlock();
+    return species->read(wanted, records(), chunk);
 }
 
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const AskedRun& run, Progress& progress) {

@@ -23,6 +23,7 @@ constexpr const char* axisNames[3] = {"x", "y", "z"};
 constexpr double sameInSingle = 1e-5;  // macro-particles store mass, charge and weighting in single precision
 constexpr double sameMass = 1e-6;      // as who types it means the same
 constexpr std::uint64_t rowsForTime = 1u << 16;
+constexpr std::size_t rowsTogether = 1u << 13;  // whose values fit a core's cache
 
 constexpr std::size_t mostLookedAt = 1024;  // of a group's members
 
@@ -72,6 +73,7 @@ Result<OpenpmdSpecies> OpenpmdSpecies::open(const H5File& file, const std::strin
     MOTE_RETURN_IF_ERROR(species.findSpecies(group, iteration));
     MOTE_RETURN_IF_ERROR(species.takeMass(mass));
     MOTE_RETURN_IF_ERROR(species.findTime(iteration));
+    species.readsAtOnce_ = species.findWhetherAtOnce();
     return species;
 }
 
@@ -173,21 +175,33 @@ bool OpenpmdSpecies::has(Column column) const {
 }
 
 Status OpenpmdSpecies::read(const std::vector<Column>& wanted, const std::vector<SourceRecord>& names,
-                            ParticleChunk& chunk) {
+                            ParticleChunk& chunk) const {
+    // Whoever reads at once pays little for a call: what is made of values finds them in the core's cache.
+    const std::size_t together = readsAtOnce_ ? rowsTogether : chunk.size;
+    const auto inParts = [&](const auto& readPart) -> Status {
+        for (std::size_t at = 0; at < chunk.size; at += together)
+            MOTE_RETURN_IF_ERROR(readPart(chunk.begin + at, at, std::min(together, chunk.size - at)));
+        return success();
+    };
     for (const Column column : wanted) {
-        if (isRecord(column)) {
-            const auto& name = names[static_cast<std::size_t>(column) - columnCount].name;
-            MOTE_RETURN_IF_ERROR(readRecord(name, chunk.begin, chunk[column]));
-        } else if (column != Column::id) {
-            MOTE_RETURN_IF_ERROR(readColumn(column, chunk.begin, chunk[column]));
-        } else if (id_) {
-            MOTE_RETURN_IF_ERROR(id_->readIntegers(chunk.begin, chunk.id));
+        if (column == Column::id) {
+            if (id_) MOTE_RETURN_IF_ERROR(id_->readIntegers(chunk.begin, std::span(chunk.id)));
+            continue;
         }
+        const std::span all(chunk[column]);
+        MOTE_RETURN_IF_ERROR(inParts([&](std::uint64_t begin, std::size_t at, std::size_t size) {
+            const auto values = all.subspan(at, size);
+            if (!isRecord(column)) return readColumn(column, begin, values);
+            return readRecord(names[static_cast<std::size_t>(column) - columnCount].name, begin, values);
+        }));
     }
-    return readLost(chunk.begin, chunk.lost);
+    if (!status_) return success();
+    return inParts([&](std::uint64_t begin, std::size_t at, std::size_t size) {
+        return readLost(begin, std::span(chunk.lost).subspan(at, size));
+    });
 }
 
-Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vector<double>& values) {
+Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, Values values) const {
     if (column == Column::weight) return readWeight(begin, values);
     if (broken(column)) {
         std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
@@ -202,51 +216,53 @@ Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vecto
     return readMomentum(momentum_[axis - 4], begin, values);
 }
 
-Status OpenpmdSpecies::readRecord(const std::string& name, std::uint64_t begin, std::vector<double>& values) {
+Status OpenpmdSpecies::readRecord(const std::string& name, std::uint64_t begin, Values values) const {
     const auto found = std::ranges::find(recordNames_, name, &SourceRecord::name);
     if (found == recordNames_.end()) return corrupt("", "has changed since it was opened");
     const auto& record = records_[static_cast<std::size_t>(found - recordNames_.begin())];
     MOTE_RETURN_IF_ERROR(record.read(begin, values));
     const double power = record.weightingPower();
     if (power == 0.0 || !weighting_) return success();
-    scratch_.resize(values.size());
-    MOTE_RETURN_IF_ERROR(weighting_->read(begin, scratch_));
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] /= std::pow(scratch_[i], power);
+    return divideByWeighting(power, begin, values);
+}
+
+Status OpenpmdSpecies::divideByWeighting(double power, std::uint64_t begin, Values values) const {
+    std::vector<double> weights(values.size());
+    MOTE_RETURN_IF_ERROR(weighting_->read(begin, weights));
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] /= power == 1.0 ? weights[i] : std::pow(weights[i], power);
     return success();
 }
 
-Status OpenpmdSpecies::readQuantity(const Quantity& quantity, std::uint64_t begin,
-                                    std::vector<double>& values) {
-    MOTE_RETURN_IF_ERROR(quantity.value->read(begin, values));
-    if (!quantity.offset) return success();
-    if (const auto added = quantity.offset->constantValue()) {
-        for (double& value : values) value += *added;
+Status OpenpmdSpecies::add(const OpenpmdComponent& offset, std::uint64_t begin, Values values) {
+    if (const auto same = offset.constantValue()) {
+        for (double& value : values) value += *same;
         return success();
     }
-    scratch_.resize(values.size());
-    MOTE_RETURN_IF_ERROR(quantity.offset->read(begin, scratch_));
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] += scratch_[i];
+    std::vector<double> added(values.size());
+    MOTE_RETURN_IF_ERROR(offset.read(begin, added));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += added[i];
     return success();
 }
 
-Status OpenpmdSpecies::readMomentum(const Quantity& quantity, std::uint64_t begin,
-                                    std::vector<double>& values) {
+Status OpenpmdSpecies::readQuantity(const Quantity& quantity, std::uint64_t begin, Values values) const {
+    MOTE_RETURN_IF_ERROR(quantity.value->read(begin, values));
+    return quantity.offset ? add(*quantity.offset, begin, values) : success();
+}
+
+Status OpenpmdSpecies::readMomentum(const Quantity& quantity, std::uint64_t begin, Values values) const {
     MOTE_RETURN_IF_ERROR(readQuantity(quantity, begin, values));
     const double power = quantity.value->weightingPower();
     if (power != 0.0) {
         if (!weighting_)
             return notFound(quantity.value->where(), "is of macro-particles, but 'weighting' is missing");
-        scratch_.resize(values.size());
-        MOTE_RETURN_IF_ERROR(weighting_->read(begin, scratch_));
-        for (std::size_t i = 0; i < values.size(); ++i) {
-            values[i] /= power == 1.0 ? scratch_[i] : std::pow(scratch_[i], power);
-        }
+        MOTE_RETURN_IF_ERROR(divideByWeighting(power, begin, values));
     }
     for (double& value : values) value *= momentumInEv;
     return success();
 }
 
-Status OpenpmdSpecies::readLongitudinalFromTotal(std::uint64_t begin, std::vector<double>& values) {
+Status OpenpmdSpecies::readLongitudinalFromTotal(std::uint64_t begin, Values values) const {
     MOTE_RETURN_IF_ERROR(readMomentum(total_, begin, values));
     for (double& value : values) value *= value;
     std::vector<double> transverse(values.size());
@@ -258,7 +274,7 @@ Status OpenpmdSpecies::readLongitudinalFromTotal(std::uint64_t begin, std::vecto
     return success();
 }
 
-Status OpenpmdSpecies::readReferenceColumn(Column column, std::uint64_t begin, std::vector<double>& values) {
+Status OpenpmdSpecies::readReferenceColumn(Column column, std::uint64_t begin, Values values) const {
     const ReferenceParticle& reference = *reference_;
     const auto axis = static_cast<std::size_t>(column);
     if (axis < 2) return position_[axis].value->read(begin, values);
@@ -279,11 +295,11 @@ Status OpenpmdSpecies::readReferenceColumn(Column column, std::uint64_t begin, s
         const double gamma = reference.gammaOf(value);
         value = (gamma - 1.0) * (gamma + 1.0);
     }
-    scratch_.resize(values.size());
+    std::vector<double> momentum(values.size());
     for (std::size_t i = 0; i < 2; ++i) {
-        MOTE_RETURN_IF_ERROR(momentum_[i].value->read(begin, scratch_));
+        MOTE_RETURN_IF_ERROR(momentum_[i].value->read(begin, momentum));
         for (std::size_t row = 0; row < values.size(); ++row) {
-            const double transverse = scratch_[row] * reference.betaGamma;
+            const double transverse = momentum[row] * reference.betaGamma;
             values[row] -= transverse * transverse;
         }
     }
@@ -291,7 +307,7 @@ Status OpenpmdSpecies::readReferenceColumn(Column column, std::uint64_t begin, s
     return success();
 }
 
-Status OpenpmdSpecies::readWeight(std::uint64_t begin, std::vector<double>& values) {
+Status OpenpmdSpecies::readWeight(std::uint64_t begin, Values values) const {
     if (!weighting_ && !charge_) {
         std::fill(values.begin(), values.end(), 1.0);
         return success();
@@ -301,12 +317,11 @@ Status OpenpmdSpecies::readWeight(std::uint64_t begin, std::vector<double>& valu
     return success();
 }
 
-Status OpenpmdSpecies::readLost(std::uint64_t begin, std::vector<std::uint8_t>& lost) {
-    if (!status_) return success();
-    scratch_.resize(lost.size());
-    MOTE_RETURN_IF_ERROR(status_->read(begin, scratch_));
+Status OpenpmdSpecies::readLost(std::uint64_t begin, std::span<std::uint8_t> lost) const {
+    std::vector<double> status(lost.size());
+    MOTE_RETURN_IF_ERROR(status_->read(begin, status));
     // Of openPMD's beam physics: 1 live, 0 at the cathode, which is not lost.
-    for (std::size_t i = 0; i < lost.size(); ++i) lost[i] = scratch_[i] == 1.0 || scratch_[i] == 0.0 ? 0 : 1;
+    for (std::size_t i = 0; i < lost.size(); ++i) lost[i] = status[i] == 1.0 || status[i] == 0.0 ? 0 : 1;
     return success();
 }
 
@@ -516,6 +531,19 @@ std::vector<OpenpmdSpecies::Member> OpenpmdSpecies::members() {
     add("mass", massRecord_, nullptr);
     add("charge", chargeRecord_, nullptr);
     return all;
+}
+
+/// Whether all that read() reads of can be read by several threads at once.
+bool OpenpmdSpecies::findWhetherAtOnce() {
+    const auto all = members();
+    return std::ranges::all_of(all,
+                               [&](const Member& member) {
+                                   if (member.component == &massRecord_ || member.component == &chargeRecord_)
+                                       return true;
+                                   return member.component == &id_ ? member.get().readsIntegersAtOnce()
+                                                                   : member.get().readsAtOnce();
+                               }) &&
+           std::ranges::all_of(records_, &OpenpmdComponent::readsAtOnce);
 }
 
 /// The number of particles. A constant has its value whatever its shape says, so shapes count only where

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // OpenpmdSpecies: one species in one iteration of an openPMD file, its records turned into the columns of a
-// run. Owned by the source; used from one thread at a time. It keeps its file open.
+// run. Owned by the source; used from one thread at a time, unless it says otherwise. It keeps its file open.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,9 +41,11 @@ class OpenpmdSpecies {
     std::optional<double> time() const { return time_; }  ///< s, of the iteration
     const std::vector<std::string>& notes() const { return notes_; }
 
+    /// Whether several threads may read() at once.
+    bool readsAtOnce() const { return readsAtOnce_; }
     /// As SeriesSource::readRows, the records of `names`.
     Status read(const std::vector<Column>& wanted, const std::vector<SourceRecord>& names,
-                ParticleChunk& chunk);
+                ParticleChunk& chunk) const;
 
   private:
     struct Quantity {
@@ -63,6 +66,7 @@ class OpenpmdSpecies {
     Status drop(const std::string& record, const Error& error);
     Status openOthers(const H5File& file, const H5Object& group);
     std::vector<Member> members();
+    bool findWhetherAtOnce();
     Result<std::uint64_t> mostRows(const std::vector<Member>& all) const;
     Status takeConstantRows(const std::vector<Member>& all);
     Status checkRows();
@@ -73,14 +77,17 @@ class OpenpmdSpecies {
     Status takeMass(double wanted);
     Status findTime(const H5Object& iteration);
 
-    Status readColumn(Column column, std::uint64_t begin, std::vector<double>& values);
-    Status readQuantity(const Quantity& quantity, std::uint64_t begin, std::vector<double>& values);
-    Status readMomentum(const Quantity& quantity, std::uint64_t begin, std::vector<double>& values);
-    Status readLongitudinalFromTotal(std::uint64_t begin, std::vector<double>& values);
-    Status readReferenceColumn(Column column, std::uint64_t begin, std::vector<double>& values);
-    Status readWeight(std::uint64_t begin, std::vector<double>& values);
-    Status readRecord(const std::string& name, std::uint64_t begin, std::vector<double>& values);
-    Status readLost(std::uint64_t begin, std::vector<std::uint8_t>& lost);
+    using Values = std::span<double>;  ///< of rows from `begin` on
+    Status readColumn(Column column, std::uint64_t begin, Values values) const;
+    static Status add(const OpenpmdComponent& offset, std::uint64_t begin, Values values);
+    Status divideByWeighting(double power, std::uint64_t begin, Values values) const;
+    Status readQuantity(const Quantity& quantity, std::uint64_t begin, Values values) const;
+    Status readMomentum(const Quantity& quantity, std::uint64_t begin, Values values) const;
+    Status readLongitudinalFromTotal(std::uint64_t begin, Values values) const;
+    Status readReferenceColumn(Column column, std::uint64_t begin, Values values) const;
+    Status readWeight(std::uint64_t begin, Values values) const;
+    Status readRecord(const std::string& name, std::uint64_t begin, Values values) const;
+    Status readLost(std::uint64_t begin, std::span<std::uint8_t> lost) const;
 
     std::uint64_t rows_ = 0;
     double mass_ = 0.0, particleCharge_ = 0.0;
@@ -96,7 +103,7 @@ class OpenpmdSpecies {
     std::optional<ReferenceParticle> reference_;
     std::vector<SourceRecord> recordNames_;
     std::vector<OpenpmdComponent> records_;  ///< by name
-    std::vector<double> scratch_;
+    bool readsAtOnce_ = false;
 };
 
 }  // namespace mote::prep
