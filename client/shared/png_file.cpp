@@ -18,7 +18,7 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::string_view signature = "\x89PNG\r\n\x1a\n"sv;
-constexpr std::uint8_t colorType = 2;  // R, G, B
+constexpr std::uint8_t colorType = 2, alphaType = 6;  // R, G, B; and opacity
 constexpr std::string_view textName = "Description\0"sv;
 // What an sRGB picture says for readers that do not know the chunk of that name (ISO/IEC 15948, 11.3.3.5).
 constexpr std::string_view gamma = "\x00\x00\xb1\x8f"sv;
@@ -77,7 +77,8 @@ class RowFilters {
     explicit RowFilters(const PngSamples& samples)
         : samples_(samples),
           sample_(samples.bits / 8),
-          size_(3 * sample_ * samples.width),
+          kept_((samples.alpha ? 4 : 3) * sample_),
+          size_(kept_ * samples.width),
           row_(margin + size_),
           above_(margin + size_),
           tried_(size_) {}
@@ -101,12 +102,12 @@ class RowFilters {
     }
 
   private:
-    static constexpr std::size_t margin = 6;  // the pixel left of the first, 0
+    static constexpr std::size_t margin = 8;  // the pixel left of the first, 0
 
     void pack(std::size_t y, std::uint8_t* to) const {
-        const std::size_t pixel = samples_.channels * sample_, kept = 3 * sample_;
+        const std::size_t pixel = samples_.channels * sample_;
         const std::uint8_t* from = samples_.bytes.data() + y * samples_.width * pixel;
-        if (pixel == kept) {
+        if (pixel == kept_) {
             std::memcpy(to, from, size_);
         } else if (sample_ == 1) {
             // Four bytes at once, of which the next pixel takes the last.
@@ -134,7 +135,7 @@ class RowFilters {
     void tryFilter(std::uint8_t* to, std::uint32_t& least) {
         if (least == 0) return;
         // Of its own, as bytes that are written could be anything's that is reached by `this`.
-        const std::size_t pixel = 3 * sample_, size = size_;
+        const std::size_t pixel = kept_, size = size_;
         const std::uint8_t *const row = row_.data() + margin, *const above = above_.data() + margin;
         std::uint8_t* const tried = tried_.data();
         for (std::size_t i = 0; i < size; ++i) {
@@ -153,7 +154,7 @@ class RowFilters {
     }
 
     const PngSamples samples_;
-    const std::size_t sample_, size_;  // bytes of a sample and of a row
+    const std::size_t sample_, kept_, size_;  // bytes of a sample, of a pixel's kept ones and of a row
     std::size_t next_ = 0;
     std::vector<std::uint8_t> row_, above_, tried_;
 };
@@ -288,7 +289,7 @@ Status unpack(std::span<const std::uint8_t> packed, PngPicture& picture) {
 }  // namespace
 
 std::vector<std::uint8_t> encodePng(const PngSamples& samples, std::string_view description) {
-    MOTE_CHECK(samples.width > 0 && samples.height > 0);
+    MOTE_CHECK(samples.width > 0 && samples.height > 0 && (!samples.alpha || samples.channels == 4));
     MOTE_CHECK(samples.bytes.size() ==
                std::size_t{samples.width} * samples.height * samples.channels * (samples.bits / 8));
     RowFilters filters(samples);
@@ -303,7 +304,8 @@ std::vector<std::uint8_t> encodePng(const PngSamples& samples, std::string_view 
     std::vector<std::uint8_t> header, file;
     putNumber(header, samples.width);
     putNumber(header, samples.height);
-    header.insert(header.end(), {static_cast<std::uint8_t>(samples.bits), colorType, 0, 0, 0});
+    header.insert(header.end(),
+                  {static_cast<std::uint8_t>(samples.bits), samples.alpha ? alphaType : colorType, 0, 0, 0});
     file.reserve(size + description.size() + 256);
     putBytes(file, signature);
     putChunk(file, "IHDR", header);

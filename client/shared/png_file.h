@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PNG files of R, G and B in 8 or 16 bits, sRGB-encoded (ISO/IEC 15948), by libdeflate: two to three times
-// faster than libpng, and about as small. The same pixels give the same bytes. Pure functions, any thread.
+// PNG files of R, G and B, and opacity if it is wanted, in 8 or 16 bits, sRGB-encoded (ISO/IEC 15948), by
+// libdeflate: two to three times faster than libpng, and about as small. The same pixels give the same bytes.
+// Pure functions, any thread.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +22,7 @@ struct PngSamples {
     unsigned bits = 8;         ///< of a sample: 8 or 16
     unsigned channels = 4;     ///< 3; or 4, of which the last is left out
     std::span<const std::uint8_t> bytes;
+    bool alpha = false;  ///< of 4 channels the last is kept, as opacity: colours are not premultiplied
 };
 
 /// The bytes of a file; `description` goes into it as the text of that name, unless it is empty. Samples of

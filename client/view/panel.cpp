@@ -317,6 +317,8 @@ void drawCamera(ViewModel& model, std::span<const NamedCamera> cameras, PanelAct
     commandButton(actions, "Film", "Film (K)");
     commandButton(actions, "Save picture...");
     ImGui::SameLine();
+    commandButton(actions, "Copy picture", "Copy it");
+    ImGui::SameLine();
     commandButton(actions, "Copy the command that makes this picture", "Copy command");
     commandButton(actions, "Camera before", "<");
     ImGui::SameLine();

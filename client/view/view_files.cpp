@@ -102,6 +102,19 @@ std::optional<std::filesystem::path> PathPrompt::draw(float scale, const std::fu
     return path;
 }
 
+void ViewFiles::drawPictureChoices(float scale) {
+    constexpr std::array<const char*, 3> names{"as it is shown", "without its background",
+                                               "the whole window, with its panel"};
+    auto chosen = static_cast<int>(pictureOf);
+    ImGui::SetNextItemWidth(260.0F * scale);
+    ImGui::Combo("##of", &chosen, names.data(), static_cast<int>(names.size()));
+    pictureOf = static_cast<PictureOf>(chosen);
+    ImGui::BeginDisabled(pictureOf == PictureOf::window);
+    ImGui::SetNextItemWidth(160.0F * scale);
+    ImGui::InputInt2("pixels across and down", pictureSize.data());
+    ImGui::EndDisabled();
+}
+
 std::filesystem::path freshPath(const std::filesystem::path& usual) {
     constexpr int most = 10000;  // then one is offered that the user is asked about
     std::error_code code;

@@ -64,6 +64,11 @@ struct ViewFiles {
     PathPrompt savingStyle{"Save style", "Save", "style.json", true};
     PathPrompt savingPicture{"Save picture", "Save", "picture.png", true};
     std::array<int, 2> pictureSize{1920, 1080};  ///< pixels, of the next one
+    /// What of the window the next one has.
+    enum class PictureOf { view, viewWithoutBackground, window } pictureOf = PictureOf::view;
+
+    /// Beside the path of a picture.
+    void drawPictureChoices(float scale);
 };
 
 /// `usual`, or with the first number behind it that no file has: "view-2.json".

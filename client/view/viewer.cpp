@@ -49,6 +49,9 @@ Viewer::Viewer(const ViewOptions& options)
       window_(options.window),
       browser_(options.connection),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
+      pictures_([this](proto::View view, const ViewRequest& request) {
+          return connection_.setView(std::move(view), request);
+      }),
       connection_(options.connection, connectionSettings(options)),
       panes_(
           connection_,
@@ -111,7 +114,7 @@ void Viewer::listen() {
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
     connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
         if (film_.takeFailure(view)) return;
-        if (pictures_.erase(view) > 0) return say("The picture was not saved: " + error.toString());
+        if (pictures_.takeFailure(view)) return say("There is no picture to be kept: " + error.toString());
         if (panes_[0].hears(view)) panes_[0].failure = error.toString();
         said_ = error.toString();
         if (options_.exitAfterStill) exitStatus_ = 1;
@@ -377,7 +380,12 @@ void Viewer::sendViews(const PictureArea& whole) {
 
 void Viewer::takePictures() {
     while (auto frame = connection_.takeFrame()) {
-        if (!film_.takeFrame(*frame) && !keepPicture(*frame)) panes_[0].take(*std::move(frame));
+        if (film_.takeFrame(*frame)) continue;
+        if (const auto said = pictures_.take(*frame)) {
+            say(*said);
+        } else {
+            panes_[0].take(*std::move(frame));
+        }
     }
     for (std::size_t i = 1; i < panes_.size(); ++i) {
         while (auto frame = panes_.line(i).takeFrame()) panes_[i].take(*std::move(frame));
@@ -745,6 +753,7 @@ int Viewer::run() {
         drawAll(pictureArea());
         window_->drawFrame();
         done = finished();
+        keepWindow();
         window_->presentFrame();
         keepSession();
         const bool lost = options_.exitAfterStill && connection_.state() == Connection::State::lost;

@@ -27,6 +27,7 @@
 #include "client/view/over_picture.h"
 #include "client/view/panel.h"
 #include "client/view/panes/pane.h"
+#include "client/view/picture_keeper.h"
 #include "client/view/server_state.h"
 #include "client/view/time_bar.h"
 #include "client/view/view_files.h"
@@ -133,7 +134,10 @@ class Viewer {
     void takePaths(const PanelActions& actions);
     Status openStyle(const std::filesystem::path& path);
     void savePicture(const std::filesystem::path& path);
-    bool keepPicture(const ReceivedFrame& frame);
+    Status askPicture(const PictureGoal& goal, int width, int height);
+    void copyPicture(bool background);
+    /// Once nothing lies over it any more.
+    void keepWindow();
     void copyCommand();
     /// The state of this moment belongs to the present gesture.
     void lookAtDesk();
@@ -245,10 +249,11 @@ class Viewer {
     FilmEditor film_;
     Status loaded_ = success();
     bool panelShown_ = true, filmShown_ = false;
-    bool moving_ = false;                                      // a gesture is under way
-    std::string awaitedDataset_;                               // a plot that a job of ours makes
-    std::map<std::uint64_t, std::filesystem::path> pictures_;  // to be saved, by the view that was asked for
-    int settling_ = 0;                                         // frames that follow what came last
+    bool moving_ = false;         // a gesture is under way
+    std::string awaitedDataset_;  // a plot that a job of ours makes
+    PictureKeeper pictures_;
+    std::optional<std::filesystem::path> windowTo_;  // a picture of the window is to be saved there
+    int settling_ = 0;                               // frames that follow what came last
     float panelWidth_ = panelWidth;
     double restFrom_ = 0.0;  // seconds; then nothing is drawn any more
     int exitStatus_ = 0;

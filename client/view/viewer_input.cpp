@@ -16,7 +16,6 @@
 #include <utility>
 
 #include "client/shared/jobs.h"
-#include "client/shared/png_file.h"
 #include "client/shared/script.h"
 #include "client/view/camera_control.h"
 #include "client/view/viewer.h"
@@ -93,41 +92,46 @@ Status Viewer::openStyle(const std::filesystem::path& path) {
     return model().setStyle(style);
 }
 
-/// Asks for it as it is shown, with its points and letters in proportion.
 void Viewer::savePicture(const std::filesystem::path& path) {
+    using Of = ViewFiles::PictureOf;
     const auto [width, height] = files_.pictureSize;
     const auto limit = static_cast<int>(View::maxSide);
-    if (width < 1 || height < 1 || width > limit || height > limit)
+    if (files_.pictureOf == Of::window) {
+        windowTo_ = path;
+    } else if (width < 1 || height < 1 || width > limit || height > limit) {
         return files_.savingPicture.fail(fmt::format("a picture has 1 to {} pixels a side", limit));
-    const auto area = activeArea();
-    auto view = model().view(area.columns, area.rows);
-    const double factor = static_cast<double>(height) / area.rows;
-    view.set_scale((view.has_scale() ? view.scale() : 1.0) * factor);
-    view.set_width(static_cast<std::uint32_t>(width));
-    view.set_height(static_cast<std::uint32_t>(height));
-    if (const auto valid = parseView(view); !valid.ok())
-        return files_.savingPicture.fail(valid.error().toString());
-    ViewRequest request;
-    request.finalOnly = request.queued = true;
-    pictures_[connection_.setView(std::move(view), request)] = path;
+    } else if (const auto asked = askPicture({path, files_.pictureOf == Of::view}, width, height);
+               !asked.ok()) {
+        return files_.savingPicture.fail(asked.error().toString());
+    }
     files_.savingPicture.close();
 }
 
-bool Viewer::keepPicture(const ReceivedFrame& frame) {
-    const auto asked = pictures_.find(frame.message.view_id());
-    if (asked == pictures_.end()) return false;
-    const auto path = asked->second;
-    pictures_.erase(asked);
-    const auto& pixels = frame.pixels;
-    const auto png = encodePng({pixels.width, pixels.height, 8, 4, pixels.bytes});
-    const auto kept = [&]() -> Status {
-        MOTE_ASSIGN_OR_RETURN(const auto part, PartFile::create(path));
-        MOTE_RETURN_IF_ERROR(part->append(png));
-        return part->publish();
-    }();
-    say(kept.ok() ? fmt::format("saved {}, {} x {} pixels", path.string(), pixels.width, pixels.height)
+/// As it is shown, with its points and letters in proportion.
+Status Viewer::askPicture(const PictureGoal& goal, int width, int height) {
+    const auto area = activeArea();
+    auto view = model().view(area.columns, area.rows);
+    const double factor = static_cast<double>(height) / area.rows;
+    if (factor != 1.0) view.set_scale((view.has_scale() ? view.scale() : 1.0) * factor);
+    view.set_width(static_cast<std::uint32_t>(width));
+    view.set_height(static_cast<std::uint32_t>(height));
+    return pictures_.want(std::move(view), goal);
+}
+
+void Viewer::copyPicture(bool background) {
+    const auto area = activeArea();
+    const auto asked =
+        askPicture({std::nullopt, background}, static_cast<int>(area.columns), static_cast<int>(area.rows));
+    if (!asked.ok()) say(asked.error().toString());
+}
+
+void Viewer::keepWindow() {
+    if (!windowTo_ || settling_ > 0 || ImGui::IsAnyMouseDown()) return;
+    const auto path = *std::exchange(windowTo_, {});
+    const int width = window_->framebufferWidth(), height = window_->framebufferHeight();
+    const auto kept = writeScreenshot(path, window_->readPixels(), width, height);
+    say(kept.ok() ? fmt::format("saved {}, {} x {} pixels, the whole window", path.string(), width, height)
                   : kept.error().toString());
-    return true;
 }
 
 /// The view lies beside the sessions, so that the command is all there is to it.
@@ -414,6 +418,8 @@ void Viewer::makeCommands() {
         files_.pictureSize = {static_cast<int>(area.columns), static_cast<int>(area.rows)};
         files_.savingPicture.open(freshPath("picture.png"));
     });
+    add("File", "Copy picture", "Ctrl+C", [this] { copyPicture(true); });
+    add("File", "Copy picture without its background", "", [this] { copyPicture(false); });
     add("File", "Copy the command that makes this picture", "Ctrl+Shift+C", [this] { copyCommand(); });
     add("Style", "Copy style", "", [this] { ImGui::SetClipboardText(toJson(model().style()).c_str()); });
     add("Style", "Paste style", "", [this] {
@@ -779,10 +785,7 @@ void Viewer::drawPrompts() {
     actions.saveViewTo = files_.saving.draw(scale);
     actions.openStyleFrom = files_.openingStyle.draw(scale);
     actions.saveStyleTo = files_.savingStyle.draw(scale);
-    actions.savePictureTo = files_.savingPicture.draw(scale, [&] {
-        ImGui::SetNextItemWidth(160.0F * scale);
-        ImGui::InputInt2("pixels across and down", files_.pictureSize.data());
-    });
+    actions.savePictureTo = files_.savingPicture.draw(scale, [&] { files_.drawPictureChoices(scale); });
     takePaths(actions);
 }
 

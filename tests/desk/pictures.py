@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the pictures of docs/VIEWER.md, but for the first, by a hand in a real window of a virtual display.
 
-    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time
+    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear
 """
 import json
 import math
@@ -20,7 +20,7 @@ from desk_case import PANEL, data
 
 PLOTS = {"beam": "x,px,y", "beam-xyz": "x,y,z", "beam-long": "z,pz,x", "beam-y": "y,py,x"}
 LIST = (0, 80, PANEL, 720)
-NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time")
+NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear")
 STEP = 2
 
 
@@ -119,6 +119,23 @@ class Pictures:
         viewer.press("time", within=(820, 560, PANEL, 700))
         viewer.move(490, 705)
         self.keep(viewer, "time")
+
+    def clear(self):
+        viewer = self.viewer(self.beam())
+        viewer.key("ctrl+p")
+        viewer.press("as it is shown")
+        viewer.press("without its background")
+        viewer.press("Save", within=(380, 270, 640, 340), least=0.9)
+        made = viewer.folder / "picture.png"
+        viewer.until(made.exists, "the picture")
+        with Image.open(made) as picture:
+            both = Image.new("RGBA", (2 * picture.width, picture.height))
+            for i, color in enumerate(((255, 255, 255, 255), (40, 90, 130, 255))):
+                on = Image.new("RGBA", picture.size, color)
+                on.alpha_composite(picture)
+                both.paste(on, (i * picture.width, 0))
+        both.convert("RGB").resize((both.width // 2, both.height // 2), Image.LANCZOS).save(self.out / "viewer-clear.png")
+        viewer.close()
 
     def views(self):
         viewer = self.viewer(self.beam(colorBar=True))

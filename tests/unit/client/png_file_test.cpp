@@ -106,6 +106,22 @@ INSTANTIATE_TEST_SUITE_P(Contents, PngFile,
                                                           Content::flat),
                                           testing::Values(3U, 4U), testing::Values(8U, 16U)));
 
+TEST(PngFileWithOpacity, IsReadByOthers) {
+    const test::TempDir folder;
+    for (const auto content : {Content::smooth, Content::noise, Content::flat}) {
+        const auto bytes = contentOf(content, 211, 30, 4, 8);
+        writeBytes(folder / "a.png", encodePng({211, 30, 8, 4, bytes, true}));
+        OIIO::ImageSpec config;
+        config["oiio:UnassociatedAlpha"] = 1;
+        const auto input = OIIO::ImageInput::open((folder / "a.png").string(), &config);
+        ASSERT_TRUE(input) << OIIO::geterror();
+        ASSERT_EQ(input->spec().nchannels, 4);
+        Bytes read(bytes.size());
+        ASSERT_TRUE(input->read_image(0, 0, 0, 4, OIIO::TypeDesc::UINT8, read.data()));
+        EXPECT_EQ(read, bytes);
+    }
+}
+
 /// libpng's filters are all five; a file of an earlier version of ours was written by it.
 TEST(ReadPng, TakesFilesThatOthersWrote) {
     const test::TempDir folder;
