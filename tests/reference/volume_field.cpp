@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <iterator>
 #include <limits>
@@ -50,6 +51,25 @@ double evennessOf(const storage::ParticleStep& step, std::uint64_t first, std::u
     return std::clamp((static_cast<double>(parts.size()) / expected - 0.5) / 0.25, 0.0, 1.0);
 }
 
+/// docs/PICTURE.md, "Share": how much a cell is filled to all sides if what is in it has such a middle.
+double filledBy(double distance) {
+    return 1.0 - std::clamp((distance - 0.05) / 0.05, 0.0, 1.0);
+}
+
+/// The same of a leaf, by its first points.
+double filledOf(const storage::ParticleStep& step, std::uint64_t first, std::uint64_t count) {
+    const auto n = std::min<std::uint64_t>(count, 64);
+    if (n < 4) return 1.0;
+    std::array<double, 3> off{};
+    for (const auto& p : step.positions(first, n)) {
+        const std::array<double, 3> at{p.x + 0.5, p.y + 0.5, p.z + 0.5};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            off[axis] += (at[axis] / 65536.0 - 0.5) / static_cast<double>(n);
+    }
+    const double distance = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+    return filledBy(distance - 1.0 / (4.0 * static_cast<double>(n)));
+}
+
 }  // namespace
 
 VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style,
@@ -92,7 +112,8 @@ std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep
              values == nullptr ? t : meanValue(*values, leaves.pointBegin[i], leaves.pointCount[i]),
              extinction,
              fraction(t),
-             evennessOf(step, leaves.pointBegin[i], leaves.pointCount[i])});
+             evennessOf(step, leaves.pointBegin[i], leaves.pointCount[i]),
+             filledOf(step, leaves.pointBegin[i], leaves.pointCount[i])});
     }
     return found;
 }
@@ -143,6 +164,13 @@ class VolumeField::ThickCells {
         double most = 0.0;
         forBox(from, to, [&](const Place& near) { most = std::max(most, thick_[index(near)]); });
         return most * company(cell);
+    }
+
+    /// How much a cell is filled to all sides.
+    double filled(const Place& cell) const {
+        const Weight& weight = weights_[index(cell)];
+        const glm::dvec3 middle = weight.moment / weight.sum;
+        return filledBy(glm::dot(middle, middle));
     }
 
   private:
@@ -401,8 +429,11 @@ void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<
             found =
                 looks.emplace(look, ThickCells(leaves, all, level, look.second ? 0.13 : 0.15, most)).first;
         }
-        const double thick = std::round(255.0 * found->second.share(cellOf(leaf, level)));
-        shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(thick * leaf.evenness) / 255.0;
+        const bool small = leaf.level > level_;
+        const auto cell = cellOf(leaf, level);
+        const double share = found->second.share(cell) * (small ? found->second.filled(cell) : 1.0);
+        const double points = std::round(255.0 * share) * leaf.evenness * (small ? 1.0 : leaf.filled);
+        shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(points) / 255.0;
     }
 }
 
