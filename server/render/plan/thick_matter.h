@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // thickMatter: how much of each leaf of a step is thick enough to be shown as a volume (docs/PICTURE.md,
-// "Volume", "Share"): sheets, threads, screens and lumps are not, nor what is alone among points, nor the edges
-// of what is dense. Pure; uses all threads of the calling arena.
+// "Volume", "Share"): sheets, threads, screens and lumps are not, nor what is alone among points, nor the
+// edges of what is dense. Pure; uses all threads of the calling arena.
 #pragma once
 
 #include <cstdint>
