@@ -173,6 +173,7 @@ class Output {
         MOTE_RETURN_IF_ERROR(shareExtents());
         if (request_.kept->ids)
             MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() && !indexed_ ? writeIndex() : success()));
+        MOTE_RETURN_IF_ERROR(workMeanwhile());
         WrittenColumns written;
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish(written) : success()));
         written.codings = codings_;
@@ -185,8 +186,16 @@ class Output {
     }
 
   private:
+    /// What is asked for, while the file is written and hashed as far as it goes by itself.
+    Status workMeanwhile() {
+        if (ranks_.first()) {
+            request_.writeback->begin(request_.directory / (request_.name + ".h5"));
+            if (request_.kept->ids) file_->complete(idArrays().index);
+        }
+        return request_.meanwhile ? request_.meanwhile() : success();
+    }
+
     Status finish(WrittenColumns& written) {
-        request_.writeback->begin(request_.directory / (request_.name + ".h5"));
         MOTE_ASSIGN_OR_RETURN(written.hash, file_->finish([&] { return request_.progress->cancelled(); }));
         return success();
     }

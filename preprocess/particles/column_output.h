@@ -16,6 +16,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -122,6 +123,8 @@ struct ColumnsRequest {
     Communicator* ranks = nullptr;
     storage::Writeback* writeback = nullptr;  ///< begun with what is written, while the rest is made
     const Progress* progress = nullptr;
+    /// Called once all columns are written, while the disk is waited for; on all ranks.
+    std::function<Status()> meanwhile = {};
 };
 
 struct WrittenColumns {
@@ -132,8 +135,8 @@ struct WrittenColumns {
     storage::FileHash hash;  ///< of NAME.h5; on rank 0
 };
 
-/// Makes NAME.h5 and NAME.digest. Errors: the source's own, resourceExhausted (disk full), cancelled; the
-/// same on all ranks. Parts of the files may be left.
+/// Makes NAME.h5 and NAME.digest. Errors: the source's own, resourceExhausted (disk full), cancelled,
+/// those of `meanwhile`; the same on all ranks. Parts of the files may be left.
 Result<WrittenColumns> writeColumns(const ColumnsRequest& request);
 
 }  // namespace mote::prep

@@ -469,13 +469,22 @@ class Job {
             auto sampled =
                 ColumnSample::make(points, entry.particles(), columns_.sources(), lost_, progress_);
             MOTE_RETURN_IF_ERROR(agree(ranks_, sampled));
-            MOTE_ASSIGN_OR_RETURN(const auto statistics, findStatistics(i, *sampled));
-            entry.mutable_statistics()->Assign(statistics.begin(), statistics.end());
-            if (columns_.empty()) continue;
+            StepStatistics statistics(statisticsRequest(i, *sampled));
+            MOTE_RETURN_IF_ERROR(statistics.begin());
+            entry.mutable_statistics()->Assign(statistics.values().begin(), statistics.values().end());
+            const auto finish = [&]() -> Status {
+                MOTE_RETURN_IF_ERROR(statistics.finish());
+                entry.mutable_statistics()->Assign(statistics.values().begin(), statistics.values().end());
+                return success();
+            };
+            if (columns_.empty()) {
+                MOTE_RETURN_IF_ERROR(finish());
+                continue;
+            }
             MOTE_RETURN_IF_ERROR(sampled->share(ranks_));
             report(0.8 + each * (static_cast<double>(i) + 0.5),
                    fmt::format("writing the columns of step {} of {}", i + 1, steps_.size()));
-            MOTE_RETURN_IF_ERROR(makeColumns(i, points, *sampled, particles));
+            MOTE_RETURN_IF_ERROR(makeColumns(i, points, *sampled, finish, particles));
         }
         for (auto& column : *particles.mutable_columns()) {
             if (column.min() > column.max()) column.set_max(0.0);  // no finite value in any step
@@ -493,18 +502,19 @@ class Job {
         }
     }
 
-    Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
+    StatisticsRequest statisticsRequest(std::size_t index, ColumnSample& sample) {
         const auto memory = prep::memoryFor(resources_.memory);
         // Without columns nothing is coded by what is seen.
         const auto observe = columns_.columns.empty()
                                  ? std::function<void(const ParticleChunk&)>()
                                  : [&](const ParticleChunk& chunk) { sample.take(chunk); };
-        return stepStatistics({&unfiltered_, steps_[index], lost_, memory - std::min(memory, stores_->kept()),
-                               &ranks_, &progress_, columns_.sources(), observe});
+        return {&unfiltered_, steps_[index],      lost_,  memory - std::min(memory, stores_->kept()), &ranks_,
+                &progress_,   columns_.sources(), observe};
     }
 
+    /// `meanwhile`: as that of ColumnsRequest.
     Status makeColumns(std::size_t index, const storage::StepFile& points, const ColumnSample& sample,
-                       proto::ParticlesManifest& particles) {
+                       const std::function<Status()>& meanwhile, proto::ParticlesManifest& particles) {
         auto& entry = *particles.mutable_steps(ofDataset(index));
         ColumnsRequest request;
         request.kept = &columns_;
@@ -524,6 +534,7 @@ class Job {
         request.ranks = &ranks_;
         request.writeback = &writeback_;
         request.progress = &progress_;
+        request.meanwhile = meanwhile;
         MOTE_ASSIGN_OR_RETURN(const auto written, writeColumns(request));
         describeColumns(request.name, written, particles, entry);
         if (!ranks_.first()) return success();

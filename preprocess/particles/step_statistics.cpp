@@ -11,7 +11,9 @@
 #include <array>
 #include <atomic>
 #include <numeric>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "preprocess/on_threads.h"
 #include "protocol/scene/mote_check.h"
@@ -47,9 +49,12 @@ std::vector<Column> united(std::vector<Column> columns, const std::vector<Column
     return columns;
 }
 
-class Statistics {
+}  // namespace
+
+/// Over the rows of a step.
+class StepStatistics::Passes {
   public:
-    explicit Statistics(const StatisticsRequest& request)
+    explicit Passes(const StatisticsRequest& request)
         : request_(request), source_(*request.source), ranks_(*request.ranks) {
         for (const auto column : coordinates) {
             if (source_.has(column)) wanted_.push_back(column);
@@ -63,8 +68,8 @@ class Statistics {
         begin_ = std::min(rows, chunks * rank / size * rowsOfChunk);
         end_ = std::min(rows, chunks * (rank + 1) / size * rowsOfChunk);
         const std::uint64_t bytes = (end_ - begin_) * wanted_.size() * sizeof(double);
-        // More in fresh memory takes longer than to read it again.
-        constexpr std::uint64_t mostKept = std::uint64_t{1} << 30;
+        // More in fresh memory takes longer than to read it again, the more so if all threads read.
+        const std::uint64_t mostKept = std::uint64_t{1} << (source_.readsAtOnce(request.step) ? 27 : 30);
         keeps_ = bytes <= std::min(request.memory / 4, mostKept);
         if (keeps_) kept_.resize((end_ - begin_ + rowsOfChunk - 1) / rowsOfChunk);
     }
@@ -77,17 +82,28 @@ class Statistics {
                                           request_.observe));
     }
 
-    Result<std::vector<double>> run() {
-        MOTE_ASSIGN_OR_RETURN(const auto total, findMoments());
-        BeamPercentiles percentiles(total);
-        while (percentiles.needsPass()) MOTE_RETURN_IF_ERROR(pass(percentiles));
+    Status sum() {
+        MOTE_ASSIGN_OR_RETURN(total_, findMoments());
+        percentiles_.emplace(total_);
+        return success();
+    }
+
+    Status findPercentiles() {
+        while (percentiles_->needsPass()) MOTE_RETURN_IF_ERROR(pass(*percentiles_));
+        return success();
+    }
+
+    /// Whether what was read is in memory.
+    bool keeps() const { return keeps_; }
+
+    std::vector<double> values() const {
         storage::BeamFacts facts;
         facts.mass = source_.mass();
         facts.particleCharge = source_.particleCharge();
         facts.neutral = storage::isNeutral(source_.species());
         facts.weightUnit = source_.weightUnit();
         facts.lost = lost_;
-        return storage::beamValues(total, percentiles, facts);
+        return storage::beamValues(total_, *percentiles_, facts);
     }
 
   private:
@@ -207,9 +223,9 @@ class Statistics {
     bool keeps_ = false, haveKept_ = false, observed_ = false;
     std::vector<Live> kept_;  ///< by chunk
     std::uint64_t lost_ = 0;
+    BeamMoments::Sums total_;
+    std::optional<BeamPercentiles> percentiles_;
 };
-
-}  // namespace
 
 Status forEachChunk(ParticleSource& source, std::size_t step, std::uint64_t begin, std::uint64_t end,
                     const std::vector<Column>& wanted, const Progress& progress,
@@ -256,11 +272,27 @@ Status forEachChunk(ParticleSource& source, std::size_t step, std::uint64_t begi
     return failed.status();
 }
 
-Result<std::vector<double>> stepStatistics(const StatisticsRequest& request) {
-    auto known = request.source->statistics(request.step);
-    if (known.empty()) return Statistics(request).run();
-    MOTE_RETURN_IF_ERROR(Statistics(request).look());
-    return known;
+StepStatistics::StepStatistics(StatisticsRequest request) : request_(std::move(request)) {}
+StepStatistics::~StepStatistics() = default;
+
+Status StepStatistics::begin() {
+    values_ = request_.source->statistics(request_.step);
+    auto passes = std::make_unique<Passes>(request_);
+    if (!values_.empty()) return passes->look();
+    MOTE_RETURN_IF_ERROR(passes->sum());
+    values_ = passes->values();
+    // What is kept takes memory until then; ranks, some of which keep it, go together.
+    const bool now = passes->keeps() || request_.ranks->size() > 1;
+    passes_ = std::move(passes);
+    return now ? finish() : success();
+}
+
+Status StepStatistics::finish() {
+    const auto passes = std::move(passes_);
+    if (!passes) return success();
+    MOTE_RETURN_IF_ERROR(passes->findPercentiles());
+    values_ = passes->values();
+    return success();
 }
 
 }  // namespace mote::prep

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The statistics of whole steps, from the source's own values, block by block, each rank some of the blocks.
-// What was read is kept for the further passes if the memory holds it. Called from one thread; uses all
-// threads of its arena. The same bits for any ranks, threads and memory.
+// StepStatistics: the statistics of a whole step, from the source's own values, block by block, each rank
+// some of the blocks. A first pass over them comes before whatever needs their means, and further ones, for
+// percentiles, whenever there is time, or at once where the memory holds what was read or ranks must agree.
+// Owned by the job; called from one thread, it uses all threads of its arena. The same bits for any ranks,
+// threads and memory.
 //
 // RowReader: reads any columns of a range of a step's rows, chunk by chunk: one thread reads while others
 // work on what was read. A function without state.
@@ -10,6 +12,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "preprocess/job.h"
@@ -40,8 +43,26 @@ struct StatisticsRequest {
     std::function<void(const ParticleChunk&)> observe = {};
 };
 
-/// The values of mote::statistics(), of the particles that take part; the source's own if it has them.
-/// Errors: the source's own, cancelled; the same on all ranks.
-Result<std::vector<double>> stepStatistics(const StatisticsRequest& request);
+class StepStatistics {
+  public:
+    explicit StepStatistics(StatisticsRequest request);
+    ~StepStatistics();
+
+    /// The first pass, which shows all that is observed. Errors: the source's own, cancelled; the same on all
+    /// ranks.
+    Status begin();
+    /// The further passes, if any are left. Errors: as begin().
+    Status finish();
+
+    /// The values of mote::statistics(), of the particles that take part; the source's own if it has them.
+    /// Between begin() and finish() percentiles may be missing: NaN.
+    const std::vector<double>& values() const { return values_; }
+
+  private:
+    class Passes;
+    const StatisticsRequest request_;
+    std::unique_ptr<Passes> passes_;  ///< while any are left
+    std::vector<double> values_;
+};
 
 }  // namespace mote::prep
