@@ -445,6 +445,8 @@ class Job {
             output.attributes.boundsMax[a] = plotBounds_.of(index)[a].max;
         }
         output.attributes.totalWeight = built.octree.totalWeight;
+        MOTE_RETURN_IF_ERROR(makeHeldRows(index, built.counts.particles));
+        output.rows = heldRows(built.counts.particles);
         output.ranks = &ranks_;
         output.cancelled = [this] { return progress_.cancelled(); };
         // The disk gets the file while it is hashed, so that publishing need not wait.
@@ -453,6 +455,22 @@ class Job {
         MOTE_ASSIGN_OR_RETURN(const auto places, writeBuiltStep(built, output));
         places_.push_back(places);
         return ranks_.first() ? dataset_->writer().add(entry.digest(), output.cancelled) : success();
+    }
+
+    /// Where a single step's rows fit beside its particles they are not read again for its columns, nor for
+    /// their hash, and the cache need not have them.
+    Status makeHeldRows(std::size_t index, std::uint64_t points) {
+        const std::uint64_t bytes = points * sizeof(std::uint32_t);
+        if (steps_.size() > 1 || ranks_.size() > 1) return success();
+        if (memoryFor(steps_[index], together_).particles < mostBytesPerParticle * points + bytes)
+            return success();
+        MOTE_ASSIGN_OR_RETURN(rows_, RecordStore::inMemory(bytes, stores_));
+        rowBytes_ = bytes;
+        return success();
+    }
+
+    std::span<std::uint32_t> heldRows(std::uint64_t points) {
+        return rowBytes_ == 0 ? std::span<std::uint32_t>() : rows_.room<std::uint32_t>(0, points);
     }
 
     /// Beside the points of every step, when all of them stand: then the memory is free for columns.
@@ -464,8 +482,9 @@ class Job {
             report(0.8 + each * static_cast<double>(i),
                    fmt::format("statistics of step {} of {}", i + 1, steps_.size()));
             auto& entry = *particles.mutable_steps(ofDataset(i));
-            MOTE_ASSIGN_OR_RETURN(const auto points,
+            MOTE_ASSIGN_OR_RETURN(auto points,
                                   storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
+            if (rowBytes_ > 0) points.holdRows(heldRows(entry.particles()));
             auto sampled =
                 ColumnSample::make(points, entry.particles(), columns_.sources(), lost_, progress_);
             MOTE_RETURN_IF_ERROR(agree(ranks_, sampled));
@@ -529,7 +548,7 @@ class Job {
         request.points = &points;
         request.sample = &sample;
         request.pointCount = entry.particles();
-        request.memory = prep::memoryFor(resources_.memory);
+        request.memory = prep::memoryFor(resources_.memory) - rowBytes_;
         request.stores = stores_;
         request.ranks = &ranks_;
         request.writeback = &writeback_;
@@ -650,6 +669,8 @@ class Job {
     std::uint64_t mayKeep_ = 0;  ///< bytes of what is read, for its next use
     /// Of particles while a step is built, then of its columns.
     const std::shared_ptr<StoreMemory> stores_ = std::make_shared<StoreMemory>();
+    RecordStore rows_;                                ///< of the points of the only step, 32 bits each
+    std::uint64_t rowBytes_ = 0;                      ///< that it takes; 0: they are not held
     std::vector<std::optional<StepReader>> readers_;  ///< by selected step, from the pass over the bounds
     std::optional<SharedDataset> dataset_;            ///< while it is made
     storage::Writeback writeback_;                    ///< of its files

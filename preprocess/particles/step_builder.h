@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,8 @@ struct StepOutput {
     storage::StepAttributes attributes;
     Communicator* ranks = nullptr;
     std::function<bool()> cancelled;
+    /// One for each point, which becomes its row; empty: none are held. One rank alone may hold them.
+    std::span<std::uint32_t> rows = {};
     /// Called by rank 0 when all is written; the file's hash is found then, which is handed to `complete`.
     std::function<void()> written;
     /// Called by rank 0, with the hash unless it is to be found there while the other ranks read the file.

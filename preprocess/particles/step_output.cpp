@@ -293,6 +293,7 @@ class StepFiles {
 
     Result<StepFile::Places> run() {
         MOTE_RETURN_IF_ERROR(openFile());
+        if (!output_.rows.empty()) file_->holdRows(output_.rows);
         PointOutput points(step_, *file_, ranks_, output_.cancelled);
         Status tree = success();
         Status written = success();

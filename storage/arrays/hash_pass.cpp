@@ -125,10 +125,17 @@ Result<FileHash> HashPass::finish() {
     return whole_.hash();
 }
 
+Status HashPass::read(const Piece& piece, std::span<std::byte> bytes) const {
+    if (piece.array && file_.held &&
+        file_.held(*piece.array, piece.offset - file_.places[*piece.array].offset, bytes))
+        return success();
+    return readAt(file_.descriptor, piece.offset, bytes, file_.path, file_.cache);
+}
+
 /// `bytes`: becomes what the piece holds.
 Status HashPass::hashBlocks(const Piece& piece, std::vector<std::byte>& bytes) {
     bytes.resize(piece.bytes);
-    MOTE_RETURN_IF_ERROR(readAt(file_.descriptor, piece.offset, bytes, file_.path, file_.cache));
+    MOTE_RETURN_IF_ERROR(read(piece, bytes));
     for (std::size_t at = 0, block = piece.firstBlock; piece.array && at < bytes.size();
          at += blockBytes, ++block) {
         blocks_[*piece.array][block] = hashBlock(std::span<const std::byte>(bytes).subspan(

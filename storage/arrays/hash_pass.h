@@ -32,6 +32,9 @@ class HashPass {
         std::filesystem::path path;
         std::vector<ArrayPlace> places;
         PageCache cache = PageCache::kept;
+        /// Fills `bytes` with those of an array from its byte `at` on, where its owner has them; false: they
+        /// are read from the file. May be empty; called from any thread.
+        std::function<bool(std::size_t array, std::uint64_t at, std::span<std::byte> bytes)> held = {};
     };
 
     /// `cancelled` may be empty; it is asked from any thread, between pieces of some MiB.
@@ -66,6 +69,7 @@ class HashPass {
     void end();
     bool isCancelled() const { return cancelled_ && cancelled_(); }
     Error wasCancelled() const;
+    Status read(const Piece& piece, std::span<std::byte> bytes) const;
     Status hashBlocks(const Piece& piece, std::vector<std::byte>& bytes);
 
     const File file_;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
@@ -102,13 +103,43 @@ Result<StepFile> StepFile::open(const fs::path& path, const Places& places) {
 Status StepFile::write(StepArray which, std::uint64_t at, std::span<const std::byte> bytes) const {
     const auto& place = places_[static_cast<std::size_t>(which)];
     MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
-    return writeAt(file_.get(), place.offset + at, bytes, path_);
+    if (which != StepArray::pointRow || rows_.empty())
+        return writeAt(file_.get(), place.offset + at, bytes, path_);
+    const auto held = heldRows(at, bytes.size());
+    for (std::size_t i = 0; i < held.size(); ++i) {
+        std::uint64_t row = 0;
+        std::memcpy(&row, bytes.data() + i * sizeof row, sizeof row);
+        held[i] = static_cast<std::uint32_t>(row);
+    }
+    return writeAt(file_.get(), place.offset + at, bytes, path_, PageCache::passed);
+}
+
+void StepFile::holdRows(std::span<std::uint32_t> rows) {
+    MOTE_CHECK(rows.size() * sizeof(std::uint64_t) ==
+               places_[static_cast<std::size_t>(StepArray::pointRow)].bytes);
+    rows_ = rows;
+}
+
+std::span<std::uint32_t> StepFile::heldRows(std::uint64_t at, std::size_t bytes) const {
+    MOTE_CHECK(at % sizeof(std::uint64_t) == 0 && bytes % sizeof(std::uint64_t) == 0);
+    return rows_.subspan(at / sizeof(std::uint64_t), bytes / sizeof(std::uint64_t));
+}
+
+void StepFile::readHeld(std::uint64_t at, std::span<std::byte> bytes) const {
+    const auto held = heldRows(at, bytes.size());
+    for (std::size_t i = 0; i < held.size(); ++i) {
+        const std::uint64_t row = held[i];
+        std::memcpy(bytes.data() + i * sizeof row, &row, sizeof row);
+    }
 }
 
 Status StepFile::read(StepArray which, std::uint64_t at, std::span<std::byte> bytes) const {
     const auto& place = places_[static_cast<std::size_t>(which)];
     MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
-    return readAt(file_.get(), place.offset + at, bytes, path_);
+    if (which != StepArray::pointRow || rows_.empty())
+        return readAt(file_.get(), place.offset + at, bytes, path_);
+    readHeld(at, bytes);
+    return success();
 }
 
 Status StepFile::sync() const {
@@ -140,7 +171,13 @@ Result<std::vector<std::uint64_t>> StepFile::hashBlocks(std::uint64_t begin, std
 }
 
 Result<StepFile::Hashes> StepFile::hashes(const std::function<bool()>& cancelled) const {
-    HashPass pass({file_.get(), path_, {places_.begin(), places_.end()}}, cancelled);
+    HashPass::File file{file_.get(), path_, {places_.begin(), places_.end()}};
+    file.held = [this](std::size_t array, std::uint64_t at, std::span<std::byte> bytes) {
+        const bool held = static_cast<StepArray>(array) == StepArray::pointRow && !rows_.empty();
+        if (held) readHeld(at, bytes);
+        return held;
+    };
+    HashPass pass(std::move(file), cancelled);
     Hashes hashes;
     MOTE_ASSIGN_OR_RETURN(hashes.whole, pass.finish());
     for (std::size_t i = 0; i < places_.size(); ++i) {

@@ -42,7 +42,13 @@ class StepFile {
 
     const Places& places() const { return places_; }
 
-    /// Bytes of an array, from its byte `at` on. Errors: resourceExhausted (disk full), internal.
+    /// From now on the rows of points, which fit 32 bits, are held in `rows`, too, one for each point: they
+    /// are read there, and what is written of them to the file stays out of the system's cache. `rows`
+    /// outlives this. What stands in it counts as written.
+    void holdRows(std::span<std::uint32_t> rows);
+
+    /// Bytes of an array, from its byte `at` on; of rows of points, whole ones. Errors: resourceExhausted
+    /// (disk full), internal.
     Status write(StepArray which, std::uint64_t at, std::span<const std::byte> bytes) const;
 
     /// The same of what was written, by whomever. Errors: internal.
@@ -71,9 +77,13 @@ class StepFile {
     StepFile(std::filesystem::path path, FileDescriptor file, const Places& places)
         : path_(std::move(path)), file_(std::move(file)), places_(places) {}
 
+    std::span<std::uint32_t> heldRows(std::uint64_t at, std::size_t bytes) const;
+    void readHeld(std::uint64_t at, std::span<std::byte> bytes) const;
+
     std::filesystem::path path_;
     FileDescriptor file_;
     Places places_;
+    std::span<std::uint32_t> rows_;  ///< by point; empty: they are not held
 };
 
 /// `directory`/`name`.h5 and .digest, both new. Errors: resourceExhausted (disk full), permissionDenied,
