@@ -370,29 +370,95 @@ void drawLog(const proto::JobStatus& job) {
     ImGui::TreePop();
 }
 
-void drawJobs(const ServerState& server, PanelActions& actions) {
-    if (server.jobs.empty() || !section("Jobs")) return;
-    constexpr float lines = 18.0F;  // the panel is no log: older ones are scrolled to
-    const ImVec2 most(0.0F, lines * ImGui::GetTextLineHeightWithSpacing());
-    const bool scrolls = server.jobs.size() > 6;
-    if (scrolls) ImGui::BeginChild("jobs", most);
-    for (const auto& job : server.jobs) {
-        ImGui::PushID(job.id().c_str());
-        text(fmt::format("{}: {}", jobName(job.request()), stateName(job.state())));
-        if (isUnderWay(job)) {
-            ImGui::ProgressBar(static_cast<float>(job.progress()), {-70.0F, 0.0F}, job.phase().c_str());
-            ImGui::SameLine();
-            if (ImGui::SmallButton("Cancel")) actions.cancelJob = job.id();
-        }
-        if (isReadyFilm(job) && ImGui::SmallButton("Save film...")) actions.saveFilm = job.id();
-        if (mayBeTriedAgain(job) && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
-        if (!job.error().empty()) dim(job.error());
-        drawLog(job);
-        ImGui::PopID();
+/// What can be done with a job, and why it ended so.
+void drawJob(const proto::JobStatus& job, PanelActions& actions) {
+    ImGui::PushID(job.id().c_str());
+    const bool ended = job.state() == proto::JobStatus::SUCCEEDED;
+    text(fmt::format("{}: {}", jobName(job.request()), stateName(job.state())));
+    if (isUnderWay(job)) {
+        const float button = ImGui::CalcTextSize("Cancel").x + 2.0F * ImGui::GetStyle().FramePadding.x;
+        const auto said = fmt::format("{:.0f}%  {}", 100.0 * job.progress(), job.phase());
+        ImGui::ProgressBar(static_cast<float>(job.progress()),
+                           {-button - ImGui::GetStyle().ItemSpacing.x, ImGui::GetFrameHeight()},
+                           said.c_str());
+        ImGui::SameLine();
+        if (ImGui::Button("Cancel")) actions.cancelJob = job.id();
     }
-    if (server.jobs.size() < server.allJobs && ImGui::SmallButton("Older jobs...")) actions.moreJobs = true;
-    if (scrolls) ImGui::EndChild();
+    if (isReadyFilm(job)) {
+        if (ImGui::SmallButton("Save film...")) actions.saveFilm = job.id();
+        ImGui::SameLine();
+    }
+    if (ended && !job.request().output().empty()) {
+        if (ImGui::SmallButton("Open it")) actions.openDataset = datasetName(job.request());
+    } else if (ended && ImGui::SmallButton("Again")) {
+        actions.repeatJob = job.id();
+    }
+    if (mayBeTriedAgain(job) && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
+    if (!job.error().empty()) dim(job.error());
+    drawLog(job);
+    ImGui::PopID();
 }
+
+/// What the drawer says while it is shut: what is under way, or how the last one ended.
+std::string jobsInShort(const ServerState& server) {
+    const auto underWay = std::ranges::count_if(server.jobs, isUnderWay);
+    const auto last = std::ranges::find_if(server.jobs, isUnderWay);
+    if (server.jobs.empty()) return "Jobs: none";
+    if (underWay == 0)
+        return fmt::format("Jobs: {} {}", jobName(server.jobs.front().request()),
+                           stateName(server.jobs.front().state()));
+    const auto more = underWay > 1 ? fmt::format(" and {} more", underWay - 1) : std::string();
+    return fmt::format("Jobs: {:.0f}% of {}{}", 100.0 * last->progress(), jobName(last->request()), more);
+}
+
+/// Below all else of the panel, whatever that shows: it is never scrolled away.
+class JobDrawer {
+  public:
+    explicit JobDrawer(const ServerState& server)
+        : server_(server), open_(ImGui::GetID("jobs open")), content_(ImGui::GetID("jobs content")) {}
+
+    float height() const {
+        const float row = ImGui::GetFrameHeightWithSpacing();
+        return isOpen() ? row + list() + ImGui::GetStyle().ItemSpacing.y : row;
+    }
+
+    void draw(PanelActions& actions) {
+        ImGui::SetNextItemOpen(isOpen());
+        const bool open = ImGui::CollapsingHeader((jobsInShort(server_) + "###jobs").c_str());
+        ImGui::GetStateStorage()->SetBool(open_, open);
+        drawProgress();
+        if (!open) return;
+        ImGui::BeginChild("jobs", {0.0F, list()});
+        for (const auto& job : server_.jobs) drawJob(job, actions);
+        if (server_.jobs.empty()) dim("What is prepared, and films that the server makes, stand here.");
+        if (server_.jobs.size() < server_.allJobs && ImGui::SmallButton("Older jobs..."))
+            actions.moreJobs = true;
+        const float content = ImGui::GetCursorPosY();
+        ImGui::EndChild();
+        ImGui::GetStateStorage()->SetFloat(content_, content);
+    }
+
+  private:
+    bool isOpen() const { return ImGui::GetStateStorage()->GetBool(open_, false); }
+    /// As much as there is, and no more than leaves the panel usable.
+    float list() const {
+        const float wanted = ImGui::GetStateStorage()->GetFloat(content_, 3.0F * ImGui::GetFrameHeight());
+        return std::min(wanted, 0.4F * ImGui::GetIO().DisplaySize.y);
+    }
+    /// A line along the header.
+    void drawProgress() const {
+        const auto job = std::ranges::find_if(server_.jobs, isUnderWay);
+        if (job == server_.jobs.end()) return;
+        const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
+        const float along = static_cast<float>(std::clamp(job->progress(), 0.0, 1.0)) * (to.x - from.x);
+        ImGui::GetWindowDrawList()->AddRectFilled({from.x, to.y - 0.15F * ImGui::GetFontSize()},
+                                                  {from.x + along, to.y},
+                                                  ImGui::GetColorU32(ImGuiCol_SliderGrabActive));
+    }
+
+    const ServerState& server_;
+    ImGuiID open_, content_;
+};
 
 /// The panel's left edge, which is dragged; a double click gives it its usual place again.
 void drawEdge(float width, float scale, PanelActions& actions) {
@@ -425,7 +491,6 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, Handles& handles, const
         drawCamera(model, panes.cameras, layer.actions);
         drawViews(panes, layer.actions);
         drawAnnotations(layer.actions, model.numbers.annotations);
-        drawJobs(layer.server, layer.actions);
     };
     if (!layer.server.shown || model.kind() != proto::Layer::kParticles) return drawPicture();
     const float gap = ImGui::GetStyle().ItemSpacing.x;
@@ -449,10 +514,12 @@ PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handle
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - width * scale, 0.0F});
     ImGui::SetNextWindowSize({width * scale, display.y});
-    ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration & ~ImGuiWindowFlags_NoScrollbar);
-    ImGui::PushItemWidth(-95.0F * scale);
+    ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoScrollWithMouse);
     PanelActions actions;
     drawEdge(width, scale, actions);
+    JobDrawer jobs(server);
+    ImGui::BeginChild("controls", {0.0F, -jobs.height()});
+    ImGui::PushItemWidth(-95.0F * scale);
     LayerPanel layer{server, model.step(), model.camera(1.0).eye, scale, model.background, actions};
     drawMenu(actions);
     drawConnection(server, actions);
@@ -462,6 +529,8 @@ PanelActions drawPanel(ViewModel& model, NumbersEditor& numbers, Handles& handle
     if (roomy) drawLayers(model, layer);
     drawSides(model, numbers, handles, panes, layer);
     ImGui::PopItemWidth();
+    ImGui::EndChild();
+    jobs.draw(actions);
     ImGui::End();
     return actions;
 }

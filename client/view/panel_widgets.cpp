@@ -375,7 +375,10 @@ bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     const ImVec2 end{plot.origin.x + plot.size.x, plot.origin.y + plot.size.y};
     draw.AddRectFilled(plot.origin, end, IM_COL32(18, 20, 26, 255));
-    draw.PushClipRect(plot.origin, {end.x + knotRadius(), end.y + knotRadius()}, false);
+    // Knots stand out at the sides, but not over what lies above or below the window.
+    const ImVec2 least = draw.GetClipRectMin(), most = draw.GetClipRectMax();
+    draw.PushClipRect({plot.origin.x, std::max(plot.origin.y, least.y)},
+                      {end.x + knotRadius(), std::min(end.y + knotRadius(), most.y)}, false);
     drawHistogram(draw, plot, look.histogram, look.histogramRange);
     drawGrid(draw, plot);
     const ImU32 color = look.rootAxis ? IM_COL32(255, 176, 84, 255) : IM_COL32(140, 200, 255, 255);

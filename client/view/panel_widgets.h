@@ -33,11 +33,13 @@ struct PanelActions {
     std::optional<AxisNames> plot;         ///< other axes of the shown run
     std::optional<std::string> cancelJob;  ///< an id
     std::optional<std::string> retryJob;   ///< an id
-    bool moreJobs = false;                 ///< the next page of them
-    std::string refused;                   ///< why what was typed is not taken
-    std::optional<std::string> saveFilm;   ///< an id
-    std::optional<CameraWish> camera;      ///< of the active pane's dataset
-    std::optional<float> panelWidth;       ///< screen coordinates at a content scale of 1
+    std::optional<std::string> repeatJob;  ///< an id of one that has ended well
+    std::optional<std::string> openDataset;
+    bool moreJobs = false;                ///< the next page of them
+    std::string refused;                  ///< why what was typed is not taken
+    std::optional<std::string> saveFilm;  ///< an id
+    std::optional<CameraWish> camera;     ///< of the active pane's dataset
+    std::optional<float> panelWidth;      ///< screen coordinates at a content scale of 1
 };
 
 void text(const std::string& line);

@@ -191,13 +191,14 @@ void Viewer::noteAwaited() {
     notes_.add({name + " is made.", {{"Open it", [this, name] { openDataset(name); }}}});
 }
 
+/// Without the panel, which lists all, whatever is under way is said.
 void Viewer::drawAwaited(const PictureArea& area) {
-    if (awaitedDataset_.empty()) return;
     for (const auto& job : server_.jobs) {
-        if (datasetName(job.request()) != awaitedDataset_ || !isUnderWay(job)) continue;
+        const bool ours = !awaitedDataset_.empty() && datasetName(job.request()) == awaitedDataset_;
+        if ((panelShown_ && !ours) || !isUnderWay(job)) continue;
         const bool waits = job.state() == proto::JobStatus::QUEUED;
         PanelActions actions;
-        if (drawMaking(area, fmt::format("Making {}", awaitedDataset_), job.progress(),
+        if (drawMaking(area, fmt::format("Making {}", jobName(job.request())), job.progress(),
                        waits ? "waits for its turn" : job.phase()))
             actions.cancelJob = job.id();
         return apply(actions);
@@ -330,8 +331,20 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
     if (!ours) return;
     if (job.state() == proto::JobStatus::SUCCEEDED) noteAwaited();
     if (!mayBeTriedAgain(job)) return;
-    say(fmt::format("{} was not made: {}", awaitedDataset_, job.error()));
+    const bool cancelled = job.state() == proto::JobStatus::CANCELLED && job.error().empty();
+    say(cancelled ? fmt::format("{} was cancelled.", awaitedDataset_)
+                  : fmt::format("{} was not made: {}", awaitedDataset_, job.error()));
     awaitedDataset_.clear();
+}
+
+void Viewer::repeatJob(const std::string& id) {
+    const auto isJob = [&](const auto& job) { return job.id() == id; };
+    const auto job = std::ranges::find_if(server_.jobs, isJob);
+    if (job == server_.jobs.end()) return;
+    const auto take = [this](Result<proto::JobStatus> reply) {
+        reply.ok() ? replaceJob(*reply) : say(reply.error().toString());
+    };
+    connection_.submitJob(job->request(), take, {.again = true, .timeLimit = job->time_limit_s()});
 }
 
 void Viewer::say(const std::string& message) {

@@ -21,16 +21,16 @@
 #include "client/view/commands.h"
 #include "client/view/datasets/dataset_browser.h"
 #include "client/view/desk.h"
+#include "client/view/files/picture_keeper.h"
+#include "client/view/files/view_files.h"
 #include "client/view/film_editor.h"
 #include "client/view/hand/named_cameras.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/over_picture.h"
 #include "client/view/panel.h"
 #include "client/view/panes/pane.h"
-#include "client/view/picture_keeper.h"
 #include "client/view/server_state.h"
 #include "client/view/time_bar.h"
-#include "client/view/view_files.h"
 #include "client/view/view_model.h"
 #include "client/view/window.h"
 
@@ -82,6 +82,7 @@ class Viewer {
     void askServer();
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
+    void repeatJob(const std::string& id);
     void takeCatalogue(const proto::Catalogue& catalogue);
     void learnLetters(const google::protobuf::Message& of);
     void learnDatasets();

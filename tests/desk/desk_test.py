@@ -9,7 +9,6 @@ import signal
 import subprocess
 import time
 import unittest
-import unittest.mock
 
 import numpy
 
@@ -600,120 +599,6 @@ class Desk(DeskCase):
         again.shows(lambda view: view["layers"][0].get("step") == 5)
         again.key("space")
         again.shows(lambda view: view["layers"][0].get("step", 0) == 0)
-
-    # Pictures.
-
-    def test_53_a_picture_is_saved_at_any_size(self):
-        viewer = self.beam()
-        press_save = lambda: viewer.press("Save", within=(380, 240, 640, 340), least=0.9)
-
-        def save(width, height):
-            viewer.key("ctrl+p")
-            x, y = viewer.see("pixels across and down")
-            for at, pixels in ((x - 200, width), (x - 115, height)):
-                viewer.click(at, y)
-                viewer.key("ctrl+a")
-                viewer.type(pixels)
-            press_save()
-        save("640", "480")
-        path = viewer.folder / "picture.png"
-        viewer.until(path.exists, "the picture")
-        from PIL import Image
-        with Image.open(path) as picture:
-            self.assertEqual(picture.size, (640, 480))
-            small = numpy.asarray(picture.convert("RGB"), float)
-        self.assertGreater(warm(small).sum(), 2000)
-        # Four times as large it is the same picture, points and letters too.
-        viewer.gone("Cancel")
-        save("2560", "1920")
-        viewer.see("is there already")
-        before = path.stat().st_ino
-        press_save()
-        viewer.until(lambda: path.stat().st_ino != before, "the larger picture")
-        with Image.open(path) as picture:
-            self.assertEqual(picture.size, (2560, 1920))
-            large = numpy.asarray(picture.convert("RGB").resize((640, 480), Image.BOX), float)
-        light = lambda picture: (picture.mean(), (picture.max(2) > 60).mean())
-        numpy.testing.assert_allclose(light(large), light(small), rtol=0.15)
-        self.assertLess(numpy.abs(large - small).mean(), 8)
-
-    def test_96_a_picture_without_its_background_and_the_window(self):
-        from PIL import Image
-        viewer = self.beam()
-        before = "as it is shown"
-
-        def save(what, path):
-            nonlocal before
-            viewer.key("ctrl+p")
-            viewer.see("pixels across and down")
-            viewer.key("ctrl+a")
-            viewer.type(path.name)
-            viewer.press(before, within=(380, 190, 660, 280))
-            viewer.press(what, within=(380, 220, 660, 340))
-            before = what
-            viewer.press("Save", within=(380, 270, 640, 340), least=0.9)
-            viewer.until(path.exists, "the picture")
-            viewer.gone("Cancel")
-
-        shown = viewer.picture()[:560, :800].astype(float)  # beside the triad and notes
-        clear = viewer.folder / "clear.png"
-        save("without its background", clear)
-        with Image.open(clear) as picture:
-            self.assertEqual((picture.mode, picture.size), ("RGBA", (PANEL, 688)))
-            pixels = numpy.asarray(picture, float)[:560, :800]
-        opacity = pixels[..., 3:] / 255
-        self.assertLess(opacity[:100, :100].max(), 0.01)
-        self.assertLess(numpy.abs(opacity * pixels[..., :3] - shown).max(), 1.5)  # on black it is what is shown
-        window = viewer.folder / "window.png"
-        save("the whole window", window)
-        with Image.open(window) as picture:
-            self.assertEqual(picture.size, (1280, 720))
-            kept = numpy.asarray(picture.convert("RGB")).astype(int)
-        numpy.testing.assert_allclose(kept[:560, :800], shown, atol=1)  # nothing lies over it
-        panel = viewer.picture()[130:, PANEL:1260].astype(int)
-        numpy.testing.assert_allclose(kept[130:, PANEL:1260], panel, atol=1)
-
-    def test_97_a_picture_is_copied(self):
-        from PIL import Image
-        tools = hand.new_folder()
-        with unittest.mock.patch.dict(os.environ, PATH=f"{tools}:/nowhere"):
-            viewer = self.beam()
-        shown = viewer.picture()[:560, :800]
-        viewer.key("ctrl+c")
-        viewer.see("that takes xclip", within=(400, 400, PANEL, 720))
-        copied = tools / "copied"
-        program = tools / "xclip"
-        program.write_text(f"#!/bin/sh\n[ \"$4\" = image/png ] && /bin/cat > {copied}.part && /bin/mv {copied}.part {copied}\n",
-                           encoding="utf-8")
-        program.chmod(0o755)
-        viewer.do("Copy picture")
-        viewer.until(copied.exists, "the picture")
-        with Image.open(copied) as picture:
-            pixels = numpy.asarray(picture.convert("RGB"))
-        numpy.testing.assert_array_equal(pixels[:560, :800], shown)
-
-    def test_54_the_command_that_makes_the_picture_is_copied(self):
-        viewer = self.beam()
-        viewer.do("Copy the command that makes this picture")
-        path = viewer.folder / "state" / "mote" / "views" / "view.json"
-        viewer.until(path.exists, "the view")
-        viewer.key("ctrl+o")  # a line to paste into
-        viewer.see("Cancel")
-        viewer.key("ctrl+a")
-        viewer.key("ctrl+v")
-        viewer.key("Home")
-        viewer.see("mote-frames '")
-        out = viewer.folder / "frames"
-        subprocess.run([hand.BIN / "mote-frames", path, "--connect", self.server.connection, "--out", out], check=True,
-                       stdout=subprocess.DEVNULL)
-        from PIL import Image
-        with Image.open(out / "frame-000000.png") as made:
-            made = numpy.asarray(made.convert("RGB"))
-        self.assertEqual(made.shape[:2], (688, PANEL))
-        viewer.key("Escape")
-        viewer.gone("Cancel")
-        shown = viewer.picture()[:560, :800]  # beside the triad and notes
-        numpy.testing.assert_array_equal(shown, made[:560, :800])
 
     def test_55_axes_and_labels_are_switched(self):
         viewer = self.beam()

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the pictures of docs/VIEWER.md, but for the first, by a hand in a real window of a virtual display.
 
-    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear
+    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear, jobs
 """
 import json
 import math
+import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -17,10 +19,11 @@ from PIL import Image
 
 import hand
 from desk_case import PANEL, data
+from desk_made_test import descendant
 
 PLOTS = {"beam": "x,px,y", "beam-xyz": "x,y,z", "beam-long": "z,pz,x", "beam-y": "y,py,x"}
 LIST = (0, 80, PANEL, 720)
-NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear")
+NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear", "jobs")
 STEP = 2
 
 
@@ -40,8 +43,9 @@ def prepare(folder):
 
 class Pictures:
 
-    def __init__(self, folder, connection, out):
-        self.folder, self.connection, self.out = folder, connection, out
+    def __init__(self, folder, server, out):
+        self.folder, self.connection, self.out = folder, server.connection, out
+        self.server = server.process.pid
 
     def viewer(self, view, exact=True):
         path = self.folder / "view.json"
@@ -120,6 +124,24 @@ class Pictures:
         viewer.move(490, 705)
         self.keep(viewer, "time")
 
+    def jobs(self):
+        viewer = self.viewer(self.beam())
+        for axis in ("t", "z"):
+            y = viewer.see("Plot", within=(1190, 180, 1280, 400), least=0.9)[1]
+            viewer.click(1186, y)
+            viewer.wheel(1150, y + 60, 10)
+            viewer.press(axis, within=(1120, y + 8, 1200, 700), least=0.9)
+            viewer.press("Plot", within=(1190, 180, 1280, 400), least=0.9)
+            if axis == "t":
+                viewer.see("is made.")
+                viewer.press("Put away")
+        job = viewer.until(lambda: descendant(self.server, "mote-prep"), "the job")
+        os.kill(job, signal.SIGSTOP)
+        viewer.press("Jobs:", within=(PANEL, 680, 1280, 720))
+        viewer.move(600, 600)
+        self.keep(viewer, "jobs")
+        os.kill(job, signal.SIGCONT)
+
     def clear(self):
         viewer = self.viewer(self.beam())
         viewer.key("ctrl+p")
@@ -168,7 +190,7 @@ def main(out, *names):
     folder = hand.new_folder()
     root = prepare(folder)
     with hand.Server(folder, root) as server:
-        pictures = Pictures(folder, server.connection, out)
+        pictures = Pictures(folder, server, out)
         for name in names or NAMES:
             getattr(pictures, name)()
             print(out / f"viewer-{name}.png", flush=True)

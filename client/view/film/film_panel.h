@@ -10,7 +10,7 @@
 
 #include "client/view/film/film_model.h"
 #include "client/view/film/film_strip.h"
-#include "client/view/view_files.h"
+#include "client/view/files/view_files.h"
 #include "protocol/mote.pb.h"
 
 namespace mote::client {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A picture without its background looks as it is shown wherever it is laid on what it was shown on.
-#include "client/view/picture_keeper.h"
+#include "client/view/files/picture_keeper.h"
 
 #include <gtest/gtest.h>
 

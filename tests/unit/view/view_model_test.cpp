@@ -18,7 +18,7 @@
 #include "client/view/replot.h"
 #include "client/view/slider_values.h"
 #include "client/view/time_bar.h"
-#include "client/view/view_files.h"
+#include "client/view/files/view_files.h"
 #include "client/view/view_model.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/particles_style.h"

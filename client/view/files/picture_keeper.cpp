@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/picture_keeper.h"
+#include "client/view/files/picture_keeper.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

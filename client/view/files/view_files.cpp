@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/view_files.h"
+#include "client/view/files/view_files.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
