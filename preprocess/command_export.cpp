@@ -58,18 +58,16 @@ void addExport(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("export", "Write a step's volume, or particles, for other tools");
     const auto options = std::make_shared<ExportArguments>();
     auto& job = *options->request.mutable_export_();
-    fieldOption(command, job, "dataset", "NAME.mote", "DATASET").required();
+    fieldOption(command, job, "dataset", "DATASET").required();
     command.option("--vdb", options->vdb, "The OpenVDB file to make, which must not exist").valueName("FILE");
     command.option("--step", options->step, "--vdb: index of the step").showDefault().valueName("N");
-    fieldOption(command, options->request, "output", "The openPMD file to make, which must not exist",
-                "--openpmd")
+    fieldOption(command, options->request, "output", "--openpmd",
+                "The openPMD file to make, which must not exist")
         .valueName("FILE.h5");
-    fieldOption(command, job, "steps", "--openpmd: these steps; all unless given")
-        .valueName("FIRST:LAST:STRIDE");
+    fieldOption(command, job, "steps").valueName("FIRST:LAST:STRIDE");
     command.option("--select", options->select, "--openpmd: these particles; all unless given")
         .valueName("SELECTION.json");
-    fieldOption(command, job, "columns", "--openpmd: besides coordinates and weights; all unless given")
-        .valueName("NAME ...");
+    fieldOption(command, job, "columns").valueName("NAME ...");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(exportExamples);

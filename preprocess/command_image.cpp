@@ -18,7 +18,7 @@ void addImage(const cli::Command& program, CommandLine& line) {
     const auto command =
         program.subcommand("image", "Make an image dataset: a picture behind a view, or one to be stippled");
     const auto job = std::make_shared<AskedJob>();
-    fieldOption(command, job->request, "image.input", "The picture", "FILE").required();
+    fieldOption(command, job->request, "image.input", "FILE").required();
     addDatasetOptions(command, line, job);
     command.footer(imageExamples);
 }

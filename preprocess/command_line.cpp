@@ -16,6 +16,7 @@
 #include "preprocess/job_kinds.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/scene/complain.h"
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/space/length_unit.h"
@@ -126,6 +127,16 @@ class FieldPlace {
     }
     const pb::FieldDescriptor& field() const { return *path_.back(); }
 
+    /// Of a number that the message cannot leave unsaid.
+    void putDefault() const {
+        const auto& usual = factsOf(field()).default_();
+        if (usual.empty() || field().has_presence()) return;
+        if (field().cpp_type() == pb::FieldDescriptor::CPPTYPE_UINT32)
+            put(static_cast<std::uint32_t>(usual[0]), &pb::Reflection::SetUInt32);
+        else
+            put(static_cast<std::uint64_t>(usual[0]), &pb::Reflection::SetUInt64);
+    }
+
     /// By a member function of Reflection; makes the messages on the way.
     template <class T>
     using Put = void (pb::Reflection::*)(pb::Message*, const pb::FieldDescriptor*, T) const;
@@ -157,6 +168,25 @@ class FieldPlace {
     std::vector<const pb::FieldDescriptor*> path_;
 };
 
+cli::Option placeOption(const cli::Command& command, const FieldPlace& place, const std::string& name,
+                        const std::string& help) {
+    using R = pb::Reflection;
+    switch (place.field().cpp_type()) {
+        case pb::FieldDescriptor::CPPTYPE_BOOL:
+            return command.flag(
+                name, [=] { place.put(true, &R::SetBool); }, help);
+        case pb::FieldDescriptor::CPPTYPE_UINT32:
+            return place.option<std::uint32_t>(command, name, help, &R::SetUInt32, &R::AddUInt32);
+        case pb::FieldDescriptor::CPPTYPE_UINT64:
+            return place.option<std::uint64_t>(command, name, help, &R::SetUInt64, &R::AddUInt64);
+        case pb::FieldDescriptor::CPPTYPE_DOUBLE:
+            return place.option<double>(command, name, help, &R::SetDouble, &R::AddDouble);
+        default:
+            MOTE_CHECK(place.field().cpp_type() == pb::FieldDescriptor::CPPTYPE_STRING);
+            return place.option<std::string>(command, name, help, &R::SetString, &R::AddString);
+    }
+}
+
 /// The processes of this job: those that a launcher of MPI started, else this one.
 Result<std::unique_ptr<Communicator>> joinRanks(const CancelSignal& signal) {
     if (!startedByMpi()) return singleProcess();
@@ -171,25 +201,14 @@ void addOutputFlags(const cli::Command& command, CommandLine& line) {
 }
 
 cli::Option fieldOption(const cli::Command& command, pb::Message& message, const std::string& field,
-                        const std::string& help, const std::string& name) {
-    using R = pb::Reflection;
+                        const std::string& name, const std::string& help) {
     const FieldPlace place(message, field);
     auto known = name.empty() ? "--" + place.field().name() : name;
     if (name.empty()) std::ranges::replace(known, '_', '-');
-    switch (place.field().cpp_type()) {
-        case pb::FieldDescriptor::CPPTYPE_BOOL:
-            return command.flag(
-                known, [=] { place.put(true, &R::SetBool); }, help);
-        case pb::FieldDescriptor::CPPTYPE_UINT32:
-            return place.option<std::uint32_t>(command, known, help, &R::SetUInt32, &R::AddUInt32);
-        case pb::FieldDescriptor::CPPTYPE_UINT64:
-            return place.option<std::uint64_t>(command, known, help, &R::SetUInt64, &R::AddUInt64);
-        case pb::FieldDescriptor::CPPTYPE_DOUBLE:
-            return place.option<double>(command, known, help, &R::SetDouble, &R::AddDouble);
-        default:
-            MOTE_CHECK(place.field().cpp_type() == pb::FieldDescriptor::CPPTYPE_STRING);
-            return place.option<std::string>(command, known, help, &R::SetString, &R::AddString);
-    }
+    place.putDefault();
+    const auto option = placeOption(command, place, known, help.empty() ? helpOf(place.field()) : help);
+    const auto& words = factsOf(place.field()).one_of();
+    return words.empty() ? option : option.oneOf({words.begin(), words.end()});
 }
 
 void addProgressOption(const cli::Command& command, int& descriptor) {
@@ -216,23 +235,16 @@ void addResourceOptions(const cli::Command& command, JobResources& resources) {
 }
 
 void addOutputOptions(const cli::Command& command, AskedJob& job) {
-    fieldOption(command, job.request, "output", "The dataset to make, which must not exist", "--out")
-        .required()
-        .valueName("DIR/NAME.mote");
-    fieldOption(command, job.request, "title", "Name shown by viewers").valueName("TEXT");
+    fieldOption(command, job.request, "output", "--out").required().valueName("DIR/NAME.mote");
+    fieldOption(command, job.request, "title").valueName("TEXT");
 }
 
 void addOutlookOptions(const cli::Command& command, proto::JobRequest& request) {
-    const char* const front = "Which way its front faces, towards the viewer; with --up";
-    fieldOption(command, request, "up",
-                "Which way is up: x, -x, y, -y, z or -z; default: as the file says, else y")
-        .valueName("AXIS");
-    fieldOption(command, request, "front", front).valueName("AXIS");
+    fieldOption(command, request, "up").valueName("AXIS");
+    fieldOption(command, request, "front").valueName("AXIS");
     std::vector<std::string> units;
     for (const auto& unit : ownLengthUnits) units.emplace_back(unit.name);
-    fieldOption(command, request, "unit", "Unit of lengths, if the file does not say")
-        .oneOf(std::move(units))
-        .valueName("UNIT");
+    fieldOption(command, request, "unit").oneOf(std::move(units)).valueName("UNIT");
 }
 
 void runWhenChosen(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,
@@ -302,21 +314,17 @@ int fail(const CommandLine& line, const Error& error) {
 }
 
 void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& source) {
-    const auto field = [&](const char* name, const char* help) {
-        return fieldOption(command, source, name, help);
-    };
-    field("format", "The volume's format; default: told by its content").valueName("NAME");
-    field("dimensions", "Raw: voxels along x, y, z").values(3).valueName("NX NY NZ");
-    field("type", "Raw: u8 (the default), i8, u16, i16, u32, i32, f16, f32 or f64").valueName("TYPE");
-    field("big_endian", "Raw: the most significant byte comes first");
-    field("header_bytes", "Raw: bytes before the first value").valueName("N");
-    field("spacing", "Spacing of voxels, instead of the file's").values(3).valueName("SX SY SZ");
-    field("origin", "World position of the first voxel's centre").values(3).valueName("X Y Z");
-    field("field", "VTI array, OpenVDB grid, NumPy array, channel, or the number of one of several volumes")
-        .valueName("NAME");
-    field("series", "DICOM: the number or UID of one of several series").valueName("NAME");
-    field("space", "Where patients lie: ras (the default), lps, or file: as the file has it")
-        .valueName("NAME");
+    const auto field = [&](const char* name) { return fieldOption(command, source, name); };
+    field("format").valueName("NAME");
+    field("dimensions").values(3).valueName("NX NY NZ");
+    field("type").valueName("TYPE");
+    field("big_endian");
+    field("header_bytes").valueName("N");
+    field("spacing").values(3).valueName("SX SY SZ");
+    field("origin").values(3).valueName("X Y Z");
+    field("field").valueName("NAME");
+    field("series").valueName("NAME");
+    field("space").valueName("NAME");
 }
 
 }  // namespace mote::prep

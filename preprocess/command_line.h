@@ -47,9 +47,10 @@ Status checkProgressDescriptor(int descriptor);
 void addResourceOptions(const cli::Command& command, JobResources& resources);
 
 /// An option that is a field of `message`, which outlives the parsing: "--error-grid" is error_grid, where it
-/// has no other name. `field` may lie in messages within: "impact.mass".
+/// has no other name. `field` may lie in messages within: "impact.mass". The schema says its help, its words
+/// and its default (protocol/options.proto); `help` goes before that.
 cli::Option fieldOption(const cli::Command& command, google::protobuf::Message& message,
-                        const std::string& field, const std::string& help, const std::string& name = {});
+                        const std::string& field, const std::string& name = {}, const std::string& help = {});
 /// How a volume is to be read.
 void addVolumeOptions(const cli::Command& command, proto::VolumeSourceOptions& source);
 

@@ -107,14 +107,14 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
         .valueName("NAME");
     auto& run = options->particles;
     auto& volume = options->volume;
-    fieldOption(command, run, "species", "Only this openPMD species").valueName("NAME");
-    fieldOption(command, run, "map", "What a table's columns are, as for particles").valueName("TEXT");
-    fieldOption(command, volume, "field", "Only this field or volume").valueName("NAME");
-    fieldOption(command, volume, "series", "Only this series of DICOM files").valueName("NAME");
-    fieldOption(command, run, "impact.mass", "Rest mass, eV/c^2, where the file does not say it")
+    fieldOption(command, run, "species", {}, "Only this openPMD species").valueName("NAME");
+    fieldOption(command, run, "map", {}, "What a table's columns are, as for particles").valueName("TEXT");
+    fieldOption(command, volume, "field", {}, "Only this field or volume").valueName("NAME");
+    fieldOption(command, volume, "series", {}, "Only this series of DICOM files").valueName("NAME");
+    fieldOption(command, run, "impact.mass", {}, "Rest mass, eV/c^2, where the file does not say it")
         .valueName("EV");
-    fieldOption(command, run, "impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");
-    fieldOption(command, run, "impact.kinetic_energy", "IMPACT: reference kinetic energy, eV")
+    fieldOption(command, run, "impact.frequency", {}, "IMPACT: scaling frequency, Hz").valueName("HZ");
+    fieldOption(command, run, "impact.kinetic_energy", {}, "IMPACT: reference kinetic energy, eV")
         .valueName("EV");
     command
         .option("--memory", options->memory,

@@ -22,12 +22,9 @@ void addMesh(const cli::Command& program, CommandLine& line) {
         program.subcommand("mesh", "Make a dataset of a triangle mesh, or of a surface in a volume");
     const auto job = std::make_shared<AskedJob>();
     auto& mesh = *job->request.mutable_mesh();
-    fieldOption(command, mesh, "input", "The mesh or volume, a file or a folder (DICOM, pictures)", "INPUT")
-        .required();
-    fieldOption(command, mesh, "isovalue", "The surface on which a volume has this value").valueName("V");
-    fieldOption(command, mesh, "clip", "Keep only what lies in a box, in world units")
-        .values(6)
-        .valueName("X0 Y0 Z0 X1 Y1 Z1");
+    fieldOption(command, mesh, "input", "INPUT").required();
+    fieldOption(command, mesh, "isovalue").valueName("V");
+    fieldOption(command, mesh, "clip").values(6).valueName("X0 Y0 Z0 X1 Y1 Z1");
     addVolumeOptions(command, *mesh.mutable_source());
     addOutlookOptions(command, job->request);
     addDatasetOptions(command, line, job, [](proto::JobRequest& request) {

@@ -9,6 +9,7 @@
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/readers/particle_reader.h"
 #include "protocol/quantity/quantity.h"
+#include "protocol/scene/fields/facts.h"
 
 namespace mote::prep {
 namespace {
@@ -63,56 +64,34 @@ Status complete(const ParticlesArguments& options, proto::ParticlesJob& job) {
 }
 
 void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
-    const auto field = [&](const char* path, const char* help, const char* name = "") {
-        return fieldOption(command, *options.request.mutable_particles(), path, help, name);
+    auto& job = *options.request.mutable_particles();
+    const auto field = [&](const char* path, const char* name = "") {
+        return fieldOption(command, job, path, name);
     };
-    field("inputs", "The files of one run, a folder of them, or a dataset with columns", "INPUT").required();
-    field("format", "How the files are read; default: told by their content")
-        .oneOf(particleFormats())
-        .valueName("NAME");
-    field("species", "openPMD species, needed if there are several; several with commas become one plot")
-        .valueName("NAME[,NAME...]");
-    field("map",
-          "What the columns of a table are: a quantity (x y z t px py pz weight id lost xp yp p delta "
-          "gamma p0c mass ...), '=', a column by name or number, its unit in brackets")
-        .valueName("\"x=X [mm],px=PX [MeV/c]\"");
-    field("steps", "Step indices, the last included").valueName("FIRST:LAST:STRIDE");
-    field("follow",
-          "The run is still being written: each new step is added at once, until Ctrl-C or the LAST of "
-          "--steps");
-    command.option(
-        "--columns", options.columns,
-        "Columns kept beside the points, separated by commas, or none; default: those of the source");
-    field("lost",
-          "Particles that the source marks as lost: without them (the default), with them, or only them")
-        .oneOf({"without", "with", "only"})
-        .valueName("WHICH");
-    field("impact.frequency", "IMPACT: scaling frequency, Hz").valueName("HZ");
-    field("impact.mass", "Rest mass of a particle if the file does not say it, eV/c^2").valueName("EV");
-    field("impact.kinetic_energy", "IMPACT: reference kinetic energy, eV").valueName("EV");
-    field("impact.current", "IMPACT: beam current, A").valueName("A");
+    field("inputs", "INPUT").required();
+    field("format").oneOf(particleFormats()).valueName("NAME");
+    field("species").valueName("NAME[,NAME...]");
+    field("map").valueName("\"x=X [mm],px=PX [MeV/c]\"");
+    field("steps").valueName("FIRST:LAST:STRIDE");
+    field("follow");
+    command.option("--columns", options.columns, helpOf(*job.GetDescriptor()->FindFieldByName("columns")));
+    field("lost").valueName("WHICH");
+    field("impact.frequency").valueName("HZ");
+    field("impact.mass").valueName("EV");
+    field("impact.kinetic_energy").valueName("EV");
+    field("impact.current").valueName("A");
 }
 
 void addPlotOptions(const cli::Command& command, ParticlesArguments& options) {
-    const auto field = [&](const char* name, const std::string& help) {
-        return fieldOption(command, *options.request.mutable_particles(), name, help);
-    };
-    command.option("--axes", options.axes, "Three axes").required().valueName("A,B,C");
+    auto& job = *options.request.mutable_particles();
+    const auto help = [&](const char* name) { return helpOf(*job.GetDescriptor()->FindFieldByName(name)); };
+    command.option("--axes", options.axes, help("axes")).required().valueName("A,B,C");
     addOutputOptions(command, options);
-    command.option("--bounds", options.bounds, "Fixed bounds of an axis, in its unit; may be repeated")
-        .repeatable()
-        .valueName("AXIS=MIN:MAX");
-    field("bounds_of",
-          "What sets the bounds without --bounds: all steps together (run, the default), or each step (step)")
-        .oneOf({"run", "step"})
-        .valueName("WHAT");
-    field("volume_level", fmt::format("The volume has 2^LEVEL cells a side; default {}", defaultVolumeLevel))
-        .valueName("LEVEL");
-    field("leaf_capacity",
-          fmt::format("A leaf with more particles is divided; default {}", defaultLeafCapacity))
-        .valueName("N");
-    field("max_level", fmt::format("No leaf is divided below this level; default {}", defaultMaxLevel))
-        .valueName("LEVEL");
+    command.option("--bounds", options.bounds, help("bounds")).repeatable().valueName("AXIS=MIN:MAX");
+    fieldOption(command, job, "bounds_of").valueName("WHAT");
+    fieldOption(command, job, "volume_level").valueName("LEVEL");
+    fieldOption(command, job, "leaf_capacity").valueName("N");
+    fieldOption(command, job, "max_level").valueName("LEVEL");
 }
 
 void addParticles(const cli::Command& program, CommandLine& line) {

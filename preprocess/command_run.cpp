@@ -247,14 +247,13 @@ void addRunCommand(const cli::Command& program, CommandLine& line) {
     const auto command =
         program.subcommand("run", "Make plots of all species of a run, and a view of them together");
     const auto options = std::make_shared<RunArguments>();
-    fieldOption(command, options->run, "inputs", "The files of one run, or a folder of them", "INPUT")
+    fieldOption(command, options->run, "inputs", "INPUT", "The files of one run, or a folder of them")
         .required();
     command.option("--axes", options->axes, "Three axes").required().valueName("A,B,C");
     command.option("--species", options->species, "Only these; default: all").valueName("NAME,...");
     command.option("--meshes", options->meshes, "Meshes that are shown too: mote-prep look names them")
         .valueName("NAME,...");
-    fieldOption(command, options->run, "steps", "Step indices, the last included")
-        .valueName("FIRST:LAST:STRIDE");
+    fieldOption(command, options->run, "steps").valueName("FIRST:LAST:STRIDE");
     command.option("--out", options->output, "What the datasets' names begin with; none of them may exist")
         .required()
         .valueName("DIR/NAME");

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "preprocess/job_kinds.h"
@@ -18,16 +16,11 @@ void addStipple(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("stipple", "Make a hierarchy of evenly spaced dots");
     const auto job = std::make_shared<AskedJob>();
     auto& stipple = *job->request.mutable_stipple();
-    stipple.set_seed(1);
-    fieldOption(command, stipple, "mesh",
-                "\"plane\", the periodic unit square, or the file of a triangle mesh", "SURFACE")
-        .required();
-    fieldOption(command, stipple, "points", "Points at the highest density").required().valueName("N");
-    fieldOption(command, stipple, "seed", "Seed of the random start; default 1").valueName("S");
-    fieldOption(command, stipple, "rings", "Rings of neighbours that move at a removal; default 2")
-        .valueName("1|2");
-    fieldOption(command, stipple, "relaxation", "Over-relaxation of their moves, 1 to 1.9; default 1.6")
-        .valueName("W");
+    fieldOption(command, stipple, "mesh", "SURFACE").required();
+    fieldOption(command, stipple, "points").required().valueName("N");
+    fieldOption(command, stipple, "seed").valueName("S");
+    fieldOption(command, stipple, "rings").valueName("1|2");
+    fieldOption(command, stipple, "relaxation").valueName("W");
     addOutlookOptions(command, job->request);
     addDatasetOptions(command, line, job, [](proto::JobRequest& request) {
         if (request.stipple().mesh() == "plane") request.mutable_stipple()->clear_mesh();

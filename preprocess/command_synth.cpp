@@ -67,15 +67,9 @@ void addSynth(const cli::Command& program, CommandLine& line) {
         synth.subcommand("beam", "A mismatched beam in a FODO channel, in which a halo forms");
     const auto job = std::make_shared<AskedJob>();
     auto& beam = *job->request.mutable_synth_beam();
-    beam.set_particles(1000000);
-    beam.set_steps(10);
-    beam.set_seed(1);
-    fieldOption(command, beam, "particles", "Macro-particles").showDefault(std::to_string(beam.particles()));
-    fieldOption(command, beam, "steps", "Steps to write").showDefault(std::to_string(beam.steps()));
-    fieldOption(command, beam, "seed", "The same seed gives the same bytes")
-        .showDefault(std::to_string(beam.seed()));
-    fieldOption(command, beam, "mismatch", "Initial envelope over the matched one; default 1.5");
-    fieldOption(command, job->request, "output", "The openPMD file to make, which must not exist", "--out")
+    for (const char* const name : {"particles", "steps", "seed", "mismatch"})
+        fieldOption(command, beam, name).valueName("N");
+    fieldOption(command, job->request, "output", "--out", "The openPMD file to make, which must not exist")
         .required()
         .valueName("FILE.h5");
     addOutputFlags(command, line);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "preprocess/hybrid/volume_job.h"
@@ -21,31 +19,22 @@ Thresholds and P are fractions of the range of values. Several inputs, and the v
 of a time series. Patients lie right, anterior, superior (RAS) whatever the format; --space says otherwise.)";
 
 void addResultOptions(const cli::Command& command, proto::VolumeJob& job) {
-    const auto field = [&](const char* name, const char* help) {
-        return fieldOption(command, job, name, help);
-    };
-    field("low", "Samples of the low volume along its longest axis; default 128").valueName("N");
-    field("error_grid", "Samples of the error grid along its longest axis; default: the source's")
-        .valueName("N");
-    const auto threshold =
-        field("threshold", "Take errors above T of the range of values; default .02").valueName("T");
-    field("max_points", "Take the M greatest errors").excludes(threshold).valueName("M");
-    field("filter", "cubic (the default), box or under:P: never above by more than P").valueName("NAME");
-    field("representation", "points, residual (the default) or both").valueName("NAME");
-    field("point_bytes", "Bytes of a point: 5 (the default), 6 or 9").valueName("N");
-    field("value_bits", "Bits of a sample of the low volume: 8 (the default for u8 and i8) or 16")
-        .valueName("N");
+    const auto field = [&](const char* name) { return fieldOption(command, job, name); };
+    field("low").valueName("N");
+    field("error_grid").valueName("N");
+    const auto threshold = field("threshold").valueName("T");
+    field("max_points").excludes(threshold).valueName("M");
+    field("filter").valueName("NAME");
+    field("representation").valueName("NAME");
+    field("point_bytes").valueName("N");
+    field("value_bits").valueName("N");
 }
 
 void addVolume(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("volume", "Make a hybrid volume of a scalar volume");
     const auto job = std::make_shared<AskedJob>();
     auto& volume = *job->request.mutable_volume();
-    fieldOption(command, volume, "inputs",
-                "A volume, a file or a folder (DICOM, pictures); several: one a step of a time series, or "
-                "the files of a DICOM series",
-                "INPUT")
-        .required();
+    fieldOption(command, volume, "inputs", "INPUT").required();
     addVolumeOptions(command, *volume.mutable_source());
     addResultOptions(command, volume);
     addOutlookOptions(command, job->request);

@@ -430,7 +430,7 @@ class Job {
         if (!request_.volume().has_threshold() && !request_.volume().has_max_points()) {
             progress_.note(fmt::format(
                 "errors above {} of the range of values are taken: --threshold says another share",
-                defaultThreshold));
+                plan_.threshold));
         }
         MOTE_RETURN_IF_ERROR(findRanges());
         auto manifest = describeVolume(request_, given_, output_, shape_, plan_, range_);

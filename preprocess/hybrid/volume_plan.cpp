@@ -6,13 +6,14 @@
 #include <charconv>
 
 #include "preprocess/job.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 
 namespace mote::prep {
 namespace {
 
 using storage::GridSize;
 
-constexpr std::uint32_t defaultLow = 128;
 constexpr std::string_view underPrefix = "under:";
 
 bool isFraction(double number) {
@@ -100,17 +101,10 @@ Status checkVolumeJob(const proto::VolumeJob& job) {
     if (job.has_threshold() && job.has_max_points()) {
         return invalid("threshold", "either a threshold or a number of points is taken, not both");
     }
-    if (job.has_threshold() && !isFraction(job.threshold())) return invalid("threshold", "must be 0 to 1");
-    if (job.has_max_points() && (job.max_points() < 1 || job.max_points() > storage::maxGridSamples)) {
-        return invalid("maxPoints", fmt::format("must be 1 to {}", storage::maxGridSamples));
-    }
+    MOTE_RETURN_IF_ERROR(checkOwnFields(job));
     const auto& filter = job.filter();
     if (!filter.empty() && filter != "cubic" && filter != "box" && !allowanceOf(filter)) {
         return invalid("filter", "must be cubic, box or under:P with P from 0 to 1");
-    }
-    const auto& kind = job.representation();
-    if (!kind.empty() && kind != "points" && kind != "residual" && kind != "both") {
-        return invalid("representation", "must be points, residual or both");
     }
     const auto bytes = job.point_bytes();
     if (job.has_point_bytes() && bytes != 5 && bytes != 6 && bytes != 9) {
@@ -123,16 +117,17 @@ Status checkVolumeJob(const proto::VolumeJob& job) {
 }
 
 Result<VolumePlan> planVolume(const proto::VolumeJob& job, const VolumeShape& shape) {
+    using Job = proto::VolumeJob;
     VolumePlan plan;
     plan.source = {shape.nx, shape.ny, shape.nz};
-    plan.low = sizeOf(plan.source, job.has_low() ? job.low() : defaultLow);
+    plan.low = sizeOf(plan.source, static_cast<std::uint32_t>(numberOf(job, Job::kLowFieldNumber)));
     plan.error = job.has_error_grid() ? sizeOf(plan.source, job.error_grid()) : plan.source;
     if (job.filter() == "box") plan.filter = LowFilter::box;
     if (const auto allowance = allowanceOf(job.filter())) {
         plan.filter = LowFilter::under;
         plan.allowance = *allowance;
     }
-    plan.threshold = job.has_threshold() ? job.threshold() : defaultThreshold;
+    plan.threshold = numberOf(job, Job::kThresholdFieldNumber);
     if (job.has_max_points()) plan.maxPoints = job.max_points();
     const auto& kind = job.representation();
     if (kind == "points" || kind == "both") plan.pointBytes = job.has_point_bytes() ? job.point_bytes() : 5;

@@ -24,9 +24,6 @@ enum class LowFilter {
     under,  ///< cubic, lowered until it overestimates no sample of the source by more than an allowance
 };
 
-/// If neither a threshold nor a number of points is given: docs/HYBRID_VOLUMES.md has what it costs.
-inline constexpr double defaultThreshold = 0.02;
-
 struct VolumePlan {
     storage::GridSize source{}, low{}, error{};
     LowFilter filter = LowFilter::cubic;

@@ -257,9 +257,7 @@ class Job {
         }
         bounded_ = base_ != nullptr ? withBoundsOf(job_, *base_) : job_;
         if (base_ != nullptr) MOTE_RETURN_IF_ERROR(checkSameRun());
-        stepOptions_.volumeLevel = job_.has_volume_level() ? job_.volume_level() : defaultVolumeLevel;
-        stepOptions_.octree = {job_.has_leaf_capacity() ? job_.leaf_capacity() : defaultLeafCapacity,
-                               job_.has_max_level() ? job_.max_level() : defaultMaxLevel};
+        stepOptions_ = stepOptionsOf(job_);
         return checkMemory();
     }
 

@@ -19,10 +19,6 @@
 
 namespace mote::prep {
 
-inline constexpr std::uint32_t defaultLeafCapacity = 32;
-inline constexpr std::uint32_t defaultMaxLevel = 10;
-inline constexpr std::uint32_t defaultVolumeLevel = 6;
-
 /// What can be said of a request before its inputs are looked at. Errors: invalidArgument with the field's
 /// path.
 Status checkParticlesJob(const proto::ParticlesJob& job);

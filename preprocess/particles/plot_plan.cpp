@@ -14,6 +14,8 @@
 #include "preprocess/particles/plot_axis.h"
 #include "preprocess/particles/range_builder.h"
 #include "protocol/quantity/known_quantity.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
 
@@ -30,11 +32,6 @@ constexpr std::string_view summedOver = ", summed over all steps";
 
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
 
-Status checkNumber(std::uint32_t value, std::uint32_t least, std::uint32_t greatest, const char* field) {
-    if (value >= least && value <= greatest) return success();
-    return invalid(field, fmt::format("must be {} to {}, not {}", least, greatest, value));
-}
-
 Status checkAxes(const proto::ParticlesJob& job) {
     if (job.axes_size() != 3)
         return invalid("axes", fmt::format("a plot has three axes, not {}", job.axes_size()));
@@ -46,8 +43,6 @@ Status checkAxes(const proto::ParticlesJob& job) {
 }
 
 Status checkBounds(const proto::ParticlesJob& job) {
-    if (!job.bounds_of().empty() && job.bounds_of() != "run" && job.bounds_of() != "step")
-        return invalid("boundsOf", "must be run or step");
     std::set<std::string_view> seen;
     for (int i = 0; i < job.bounds_size(); ++i) {
         const auto& bounds = job.bounds(i);
@@ -239,21 +234,19 @@ proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, con
     return manifest;
 }
 
+StepOptions stepOptionsOf(const proto::ParticlesJob& job) {
+    using Job = proto::ParticlesJob;
+    const auto level = [&](int field) { return static_cast<std::uint32_t>(numberOf(job, field)); };
+    return {{level(Job::kLeafCapacityFieldNumber), level(Job::kMaxLevelFieldNumber)},
+            level(Job::kVolumeLevelFieldNumber)};
+}
+
 Status checkParticlesJob(const proto::ParticlesJob& job) {
     if (job.inputs().empty()) return invalid("inputs", "there is no input");
     MOTE_RETURN_IF_ERROR(checkAxes(job));
     MOTE_RETURN_IF_ERROR(checkStepRange(job.steps()));
     MOTE_RETURN_IF_ERROR(checkBounds(job));
-    MOTE_RETURN_IF_ERROR(parseLostParticles(job.lost()));
-    if (job.has_volume_level()) {
-        MOTE_RETURN_IF_ERROR(checkNumber(job.volume_level(), 1, storage::maxVolumeLevel, "volumeLevel"));
-    }
-    if (job.has_leaf_capacity()) {
-        MOTE_RETURN_IF_ERROR(checkNumber(job.leaf_capacity(), 1, 1U << 30, "leafCapacity"));
-    }
-    if (job.has_max_level()) {
-        MOTE_RETURN_IF_ERROR(checkNumber(job.max_level(), 0, storage::maxOctreeLevel, "maxLevel"));
-    }
+    MOTE_RETURN_IF_ERROR(checkOwnFields(job));
     return success();
 }
 

@@ -63,6 +63,9 @@ class PlotBounds {
     bool ofSteps_ = false;
 };
 
+/// How the steps of a job are built, by what it says and the schema's defaults.
+StepOptions stepOptionsOf(const proto::ParticlesJob& job);
+
 struct MemoryPlan {
     std::uint64_t needed = 0;     ///< bytes without which the step cannot be built
     std::uint64_t particles = 0;  ///< bytes left for particles in memory

@@ -7,13 +7,14 @@
 
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "preprocess/new_dataset.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/stipple/periodic_triangulation.h"
 #include "preprocess/synth/philox.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::prep {
@@ -26,7 +27,6 @@ constexpr double startRelaxation = 1.8;
 
 namespace fs = std::filesystem;
 
-constexpr double mostRelaxation = 1.9;
 /// Measured: 1230 at 400,000 points, the program itself included; rounded up.
 constexpr std::uint64_t planeBytesPerPoint = 1500;
 /// The share of a plane job's time that the start takes.
@@ -93,25 +93,13 @@ Result<std::vector<glm::dvec2>> evenPoints(std::uint32_t points, std::uint64_t s
 }
 
 Status checkStippleJob(const proto::StippleJob& job) {
-    constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
-    if (job.points() < 1 || job.points() > most) {
-        return invalid("points", fmt::format("must be 1 to {}, not {}", most, job.points()));
-    }
-    if (job.has_rings() && (job.rings() < 1 || job.rings() > 2)) {
-        return invalid("rings", fmt::format("must be 1 or 2, not {}", job.rings()));
-    }
-    const double relaxation = thinningOptions(job).relaxation;
-    if (!(relaxation >= 1.0 && relaxation <= mostRelaxation)) {
-        return invalid("relaxation", fmt::format("must be 1 to {}", mostRelaxation));
-    }
-    return success();
+    return checkOwnFields(job);
 }
 
 ThinningOptions thinningOptions(const proto::StippleJob& job) {
-    ThinningOptions options;
-    if (job.has_rings()) options.rings = static_cast<int>(job.rings());
-    if (job.has_relaxation()) options.relaxation = job.relaxation();
-    return options;
+    using Job = proto::StippleJob;
+    return {static_cast<int>(numberOf(job, Job::kRingsFieldNumber)),
+            numberOf(job, Job::kRelaxationFieldNumber)};
 }
 
 Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPoint,

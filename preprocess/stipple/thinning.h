@@ -49,8 +49,8 @@ class AreaQueue {
 };
 
 struct ThinningOptions {
-    int rings = 2;            ///< of neighbours that move at a removal, 1 or 2; 0: a static hierarchy
-    double relaxation = 1.6;  ///< times the way to the centroid of the cell
+    int rings;          ///< of neighbours that move at a removal, 1 or 2; 0: a static hierarchy
+    double relaxation;  ///< times the way to the centroid of the cell
 };
 
 /// `points` lie on the periodic unit square, no two alike; at least one. One thread. Reports progress from

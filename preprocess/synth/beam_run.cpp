@@ -12,7 +12,8 @@
 #include "preprocess/draft_file.h"
 #include "preprocess/synth/openpmd_writer.h"
 #include "preprocess/synth/tracker.h"
-#include "protocol/scene/check.h"
+#include "protocol/scene/fields/facts.h"
+#include "protocol/scene/fields/resolve.h"
 
 namespace mote::prep {
 namespace {
@@ -83,9 +84,6 @@ class ChunkRunner {
     BeamColumns columns_;
 };
 
-constexpr std::uint64_t mostParticles = 100'000'000'000;
-constexpr std::uint32_t mostSteps = 10'000;
-constexpr double leastMismatch = 0.5, greatestMismatch = 2.5, defaultMismatch = 1.5;
 /// Above this ratio of the core's axes the kick is off by more than 1e-4, and the model more than that.
 constexpr double flattestSound = 6.0;
 
@@ -108,15 +106,8 @@ Status writeBeamRun(const ChannelPlan& plan, const BeamRun& run, const std::file
 
 Status synthesizeBeam(const proto::SynthBeamJob& job, const std::filesystem::path& output,
                       Progress& progress) {
-    if (job.particles() < 1 || job.particles() > mostParticles) {
-        return invalid("synthBeam.particles", "must be 1 to 100000000000");
-    }
-    if (job.steps() < 1 || job.steps() > mostSteps) {
-        return invalid("synthBeam.steps", "must be 1 to 10000");
-    }
-    MOTE_ASSIGN_OR_RETURN(const auto mismatch,
-                          checkRange(job.has_mismatch() ? job.mismatch() : defaultMismatch, leastMismatch,
-                                     greatestMismatch, "synthBeam.mismatch"));
+    MOTE_RETURN_IF_ERROR(checkOwnFields(job), "synthBeam");
+    const double mismatch = numberOf(job, proto::SynthBeamJob::kMismatchFieldNumber);
 
     progress.report(0.0, "integrating the beam's envelope");
     MOTE_ASSIGN_OR_RETURN(const auto plan, planChannel(mismatched({}, mismatch), job.steps()));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/fields/facts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <unordered_map>
@@ -56,11 +58,30 @@ int countOf(const FieldDescriptor& field) {
     return triple ? 3 : static_cast<int>(facts.count());
 }
 
+double saidNumber(const Message& message, const FieldDescriptor& field) {
+    const auto& reflection = *message.GetReflection();
+    switch (field.cpp_type()) {
+        case FieldDescriptor::CPPTYPE_UINT32:
+            return reflection.GetUInt32(message, &field);
+        case FieldDescriptor::CPPTYPE_UINT64:
+            return static_cast<double>(reflection.GetUInt64(message, &field));
+        default:
+            return reflection.GetDouble(message, &field);
+    }
+}
+
 double numberOf(const Message& message, int number) {
     const auto& field = *message.GetDescriptor()->FindFieldByNumber(number);
-    const auto& reflection = *message.GetReflection();
-    const bool said = !field.has_presence() || reflection.HasField(message, &field);
-    return said ? reflection.GetDouble(message, &field) : factsOf(field).default_(0);
+    const bool said = !field.has_presence() || message.GetReflection()->HasField(message, &field);
+    return said ? saidNumber(message, field) : factsOf(field).default_(0);
+}
+
+std::string helpOf(const FieldDescriptor& field) {
+    const auto& facts = factsOf(field);
+    std::string text = facts.help();
+    if (!facts.default_word().empty()) text += "; default " + facts.default_word();
+    if (!facts.default_().empty()) text += fmt::format("; default {}", facts.default_(0));
+    return text;
 }
 
 std::optional<glm::dvec3> colorOf(const Message& message, int number) {

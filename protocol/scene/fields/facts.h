@@ -8,6 +8,7 @@
 
 #include <glm/vec3.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "protocol/mote.pb.h"
@@ -27,10 +28,16 @@ struct Ends {
 std::optional<Ends> endsOf(const proto::Facts& facts);
 std::optional<Ends> endsOf(const google::protobuf::FieldDescriptor& field);
 
+/// What --help and tables say of a field: its words, and its default.
+std::string helpOf(const google::protobuf::FieldDescriptor& field);
+
 /// How many numbers a list has that is said; 0: any.
 int countOf(const google::protobuf::FieldDescriptor& field);
 
-/// A number: as the message says it, or its default.
+/// A number as the message has it: a double, or a whole one of no sign.
+double saidNumber(const google::protobuf::Message& message, const google::protobuf::FieldDescriptor& field);
+
+/// A number: as the message says it, or its default. Whole numbers of 53 bits are exact.
 double numberOf(const google::protobuf::Message& message, int number);
 
 /// A colour, linear RGB: as the message says it, or its default; none where it follows from other things.

@@ -34,6 +34,9 @@ class SaidField {
         switch (field_.cpp_type()) {
             case FieldDescriptor::CPPTYPE_DOUBLE:
                 return field_.is_repeated() ? checkNumbers() : checkNumber();
+            case FieldDescriptor::CPPTYPE_UINT32:
+            case FieldDescriptor::CPPTYPE_UINT64:
+                return field_.is_repeated() ? success() : checkNumber();
             case FieldDescriptor::CPPTYPE_STRING:
                 return field_.is_repeated() ? success() : checkWord();
             case FieldDescriptor::CPPTYPE_MESSAGE:
@@ -54,7 +57,7 @@ class SaidField {
 
     Status checkNumber() const {
         const bool there = !field_.has_presence() || reflection_.HasField(message_, &field_);
-        return there ? checkEnds(reflection_.GetDouble(message_, &field_)) : success();
+        return there ? checkEnds(saidNumber(message_, field_)) : success();
     }
 
     Status checkNumbers() const {
@@ -182,10 +185,16 @@ void fillField(const FieldDescriptor& field, Message& message) {
         reflection.HasField(message, &field))
         return;
     const double number = facts.default_(0);
-    if (field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL)
-        reflection.SetBool(&message, &field, number != 0.0);
-    else
-        reflection.SetDouble(&message, &field, number);
+    switch (field.cpp_type()) {
+        case FieldDescriptor::CPPTYPE_BOOL:
+            return reflection.SetBool(&message, &field, number != 0.0);
+        case FieldDescriptor::CPPTYPE_UINT32:
+            return reflection.SetUInt32(&message, &field, static_cast<std::uint32_t>(number));
+        case FieldDescriptor::CPPTYPE_UINT64:
+            return reflection.SetUInt64(&message, &field, static_cast<std::uint64_t>(number));
+        default:
+            reflection.SetDouble(&message, &field, number);
+    }
 }
 
 }  // namespace

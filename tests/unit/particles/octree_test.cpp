@@ -336,7 +336,7 @@ using test::requestFor;
 using testing::HasSubstr;
 
 constexpr int threads = 2;
-const StepOptions defaults{{defaultLeafCapacity, defaultMaxLevel}, defaultVolumeLevel};
+const StepOptions defaults = stepOptionsOf({});
 
 /// So little that particles must lie in a file, and yet enough.
 std::uint64_t littleMemory(std::uint64_t particles) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <memory>
 #include <set>
+#include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
@@ -41,6 +42,13 @@ std::set<const Descriptor*> typesWithin(const Descriptor& type) {
     return types;
 }
 
+/// All types of what clients ask for: views and jobs.
+std::set<const Descriptor*> askedTypes() {
+    auto types = typesWithin(*proto::View::descriptor());
+    types.merge(typesWithin(*proto::JobRequest::descriptor()));
+    return types;
+}
+
 std::unique_ptr<Message> emptyOf(const Descriptor& type) {
     return std::unique_ptr<Message>(
         google::protobuf::MessageFactory::generated_factory()->GetPrototype(&type)->New());
@@ -49,6 +57,10 @@ std::unique_ptr<Message> emptyOf(const Descriptor& type) {
 /// All numbers of a field are one; a list of any number has it once.
 void setAll(Message& message, const FieldDescriptor& field, double value) {
     const auto& reflection = *message.GetReflection();
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_UINT32)
+        return reflection.SetUInt32(&message, &field, static_cast<std::uint32_t>(value));
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_UINT64)
+        return reflection.SetUInt64(&message, &field, static_cast<std::uint64_t>(value));
     if (!field.is_repeated()) return reflection.SetDouble(&message, &field, value);
     reflection.ClearField(&message, &field);
     for (int i = 0; i < std::max(countOf(field), 1); ++i) reflection.AddDouble(&message, &field, value);
@@ -58,13 +70,17 @@ void setAll(Message& message, const FieldDescriptor& field, double value) {
 std::unique_ptr<Message> legalOf(const Descriptor& type) {
     auto message = emptyOf(type);
     for (int i = 0; i < type.field_count(); ++i) {
-        if (factsOf(*type.field(i)).needed()) setAll(*message, *type.field(i), 0.5);
+        const auto& field = *type.field(i);
+        const auto ends = endsOf(field);
+        if (factsOf(field).needed()) setAll(*message, field, 0.5);
+        // A whole number that is always there.
+        if (ends && !field.is_repeated() && !field.has_presence()) setAll(*message, field, ends->least);
     }
     return message;
 }
 
 TEST(Facts, OfAFieldHoldTogether) {
-    for (const auto* type : typesWithin(*proto::View::descriptor())) {
+    for (const auto* type : askedTypes()) {
         for (int i = 0; i < type->field_count(); ++i) {
             const auto& field = *type->field(i);
             SCOPED_TRACE(field.full_name());
@@ -120,9 +136,19 @@ void expectRefused(const FieldDescriptor& field, double value) {
     EXPECT_NE(status.error().message.find("is not a number from"), std::string::npos);
 }
 
+/// What a field of a number may not be, beside its ends.
+std::vector<double> beyond(const FieldDescriptor& field, const Ends& ends) {
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE)
+        return {std::nextafter(ends.least, -infinity), std::nextafter(ends.greatest, infinity), infinity,
+                -infinity, std::numeric_limits<double>::quiet_NaN()};
+    std::vector<double> wrong{ends.greatest + 1.0};
+    if (ends.least > 0.0) wrong.push_back(ends.least - 1.0);
+    return wrong;
+}
+
 TEST(Resolve, TakesWhatLiesAtItsEndsAndNothingBeyond) {
     int fields = 0;
-    for (const auto* type : typesWithin(*proto::View::descriptor())) {
+    for (const auto* type : askedTypes()) {
         for (int i = 0; i < type->field_count(); ++i) {
             const auto& field = *type->field(i);
             const auto ends = endsOf(field);
@@ -131,13 +157,31 @@ TEST(Resolve, TakesWhatLiesAtItsEndsAndNothingBeyond) {
             ++fields;
             expectTaken(field, ends->greatest);
             if (factsOf(field).as() != Facts::DIRECTION) expectTaken(field, ends->least);
-            for (const double value :
-                 {std::nextafter(ends->least, -infinity), std::nextafter(ends->greatest, infinity), infinity,
-                  -infinity, std::numeric_limits<double>::quiet_NaN()})
-                expectRefused(field, value);
+            for (const double value : beyond(field, *ends)) expectRefused(field, value);
         }
     }
     EXPECT_GT(fields, 50);
+}
+
+TEST(Facts, HelpNamesTheDefault) {
+    const auto help = [](const Descriptor& type, const char* name) {
+        return helpOf(*type.FindFieldByName(name));
+    };
+    const auto& particles = *proto::ParticlesJob::descriptor();
+    EXPECT_EQ(help(particles, "volume_level"), "The volume has 2^LEVEL cells a side; default 6");
+    EXPECT_EQ(help(particles, "lost"), "Particles that the source marks as lost; default without");
+    EXPECT_EQ(help(*proto::SynthBeamJob::descriptor(), "particles"), "Macro-particles; default 1000000");
+    EXPECT_EQ(help(*proto::MeshJob::descriptor(), "isovalue"),
+              "The surface on which a volume has this value");
+}
+
+TEST(Resolve, FillsInWholeNumbers) {
+    proto::ParticlesJob job;
+    fillIn(job);
+    EXPECT_EQ(job.volume_level(), 6U);
+    EXPECT_EQ(job.leaf_capacity(), 32U);
+    job.set_max_level(3);
+    EXPECT_EQ(numberOf(job, proto::ParticlesJob::kMaxLevelFieldNumber), 3.0);
 }
 
 template <class Message>

@@ -54,7 +54,7 @@ using test::measurePlane;
 using test::PlaneMeasures;
 
 storage::StippleHierarchy hierarchyOf(std::uint32_t points, std::uint64_t seed,
-                                      const ThinningOptions& options = {}) {
+                                      const ThinningOptions& options = thinningOptions({})) {
     test::TestProgress progress;
     const auto start = evenPoints(points, seed, 0.5, progress);
     auto made = thinPlane(*start, options, 0.5, progress);
