@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/readers/hdf5/h5_chunks.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <utility>
 
 #include "preprocess/readers/hdf5/lzf.h"
 
@@ -31,7 +32,63 @@ std::uint32_t fletcher32(std::span<const std::uint8_t> bytes) {
     return static_cast<std::uint32_t>(sum2 << 16 | sum1);
 }
 
+/// Shuffle puts the first bytes of all elements first, then all second bytes, and so on.
+void unshuffle(std::size_t elementBytes, std::vector<std::uint8_t>& chunk,
+               std::vector<std::uint8_t>& scratch) {
+    const std::size_t elements = chunk.size() / elementBytes;
+    if (elementBytes < 2 || elements < 2) return;
+    scratch = chunk;  // what is left over at the end stays where it is
+    for (std::size_t byte = 0; byte < elementBytes; ++byte) {
+        const std::uint8_t* from = chunk.data() + byte * elements;
+        std::uint8_t* to = scratch.data() + byte;
+        for (std::size_t i = 0; i < elements; ++i) to[i * elementBytes] = from[i];
+    }
+    chunk.swap(scratch);
+}
+
+bool checkFletcher(std::vector<std::uint8_t>& chunk) {
+    if (chunk.size() < checksumBytes) return false;
+    const std::size_t size = chunk.size() - checksumBytes;
+    std::uint32_t stored = 0;
+    std::memcpy(&stored, chunk.data() + size, checksumBytes);  // little-endian
+    const bool same = stored == fletcher32(std::span(chunk).first(size));
+    chunk.resize(size);
+    return same;
+}
+
+struct FreeInflater {
+    void operator()(libdeflate_decompressor* inflater) const { libdeflate_free_decompressor(inflater); }
+};
+
+/// What a thread needs to decode chunks.
+struct Decoder {
+    std::unique_ptr<libdeflate_decompressor, FreeInflater> inflater{libdeflate_alloc_decompressor()};
+    std::vector<std::uint8_t> scratch;
+};
+
+Decoder& decoder() {
+    thread_local Decoder own;
+    return own;
+}
+
 }  // namespace
+
+std::unique_ptr<H5Chunk> H5ChunkStore::take(const std::vector<hsize_t>& first) {
+    const std::lock_guard lock(mutex_);
+    if (chunks_.empty()) return std::make_unique<H5Chunk>();
+    const auto found = std::ranges::find(chunks_, first, [](const auto& chunk) { return chunk->first; });
+    // What came back last is the likeliest to be wanted by others.
+    if (found == chunks_.end()) std::swap(chunks_.front(), chunks_.back());
+    if (found != chunks_.end()) std::swap(*found, chunks_.back());
+    auto chunk = std::move(chunks_.back());
+    chunks_.pop_back();
+    return chunk;
+}
+
+void H5ChunkStore::giveBack(std::unique_ptr<H5Chunk> chunk) {
+    const std::lock_guard lock(mutex_);
+    chunks_.push_back(std::move(chunk));
+}
 
 Result<H5Chunks> H5Chunks::open(const H5Object& dataset, std::size_t valueBytes, std::uint64_t fileBytes) {
     const H5Handle creation(H5Dget_create_plist(dataset.handle.get()), H5Pclose);
@@ -109,15 +166,11 @@ std::uint64_t H5Chunks::greatestRatio() const {
     return ratio;
 }
 
-Result<std::span<const std::uint8_t>> H5Chunks::chunk(hid_t dataset, const std::vector<hsize_t>& first,
-                                                      const std::string& where) {
-    MOTE_RETURN_IF_ERROR(load(dataset, first, where));
-    return std::span<const std::uint8_t>(chunk_);
-}
-
-Status H5Chunks::load(hid_t dataset, const std::vector<hsize_t>& first, const std::string& where) {
-    if (loaded_ == first) return success();
-    loaded_.clear();
+Status H5Chunks::load(hid_t dataset, const std::vector<hsize_t>& first, const std::string& where,
+                      H5Chunk& chunk) const {
+    if (chunk.first == first) return success();
+    chunk.first.clear();
+    silenceHdf5();
     hsize_t stored = 0;
     haddr_t address = HADDR_UNDEF;
     std::uint32_t skipped = 0;
@@ -125,83 +178,70 @@ Status H5Chunks::load(hid_t dataset, const std::vector<hsize_t>& first, const st
         return corrupt(where, "its list of chunks is damaged");
     }
     if (address == HADDR_UNDEF) {
-        chunk_.resize(chunkBytes_);
-        for (std::size_t at = 0; at < chunk_.size(); at += valueBytes_) {
-            std::copy(fill_.begin(), fill_.end(), chunk_.begin() + static_cast<std::ptrdiff_t>(at));
-        }
-        loaded_ = first;
+        fill(chunk.bytes);
+        chunk.first = first;
         return success();
     }
     // Deflate adds 5 bytes for each 16 KiB that it cannot make smaller, and a few more.
     if (stored == 0 || stored > fileBytes_ || stored > chunkBytes_ + chunkBytes_ / 1024 + 1024) {
         return corrupt(where, "has a chunk of an impossible size");
     }
-    chunk_.resize(stored);
-    if (H5Dread_chunk(dataset, H5P_DEFAULT, first.data(), &skipped, chunk_.data()) < 0) {
+    chunk.bytes.resize(stored);
+    if (H5Dread_chunk(dataset, H5P_DEFAULT, first.data(), &skipped, chunk.bytes.data()) < 0) {
         return corrupt(where, "a chunk cannot be read: the file is cut short or damaged");
     }
-    MOTE_RETURN_IF_ERROR(decode(skipped, where));
-    if (scratch_.capacity() > maxScratchBytes) scratch_ = {};  // a run has many columns
-    loaded_ = first;
+    auto& scratch = decoder().scratch;
+    MOTE_RETURN_IF_ERROR(decode(skipped, where, chunk.bytes, scratch));
+    if (scratch.capacity() > maxScratchBytes) scratch = {};
+    chunk.first = first;
     return success();
 }
 
+void H5Chunks::fill(std::vector<std::uint8_t>& chunk) const {
+    chunk.resize(chunkBytes_);
+    for (std::size_t at = 0; at < chunk.size(); at += valueBytes_) {
+        std::copy(fill_.begin(), fill_.end(), chunk.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+}
+
 /// Undoes the filters, the last one first. Bit i of `skipped`: filter i was left out for this chunk.
-Status H5Chunks::decode(std::uint32_t skipped, const std::string& where) {
+Status H5Chunks::decode(std::uint32_t skipped, const std::string& where, std::vector<std::uint8_t>& chunk,
+                        std::vector<std::uint8_t>& scratch) const {
     for (std::size_t i = filters_.size(); i-- > 0;) {
         if ((skipped >> i & 1u) != 0) continue;
         switch (filters_[i].id) {
             case H5Z_FILTER_DEFLATE:
-                if (!inflateChunk()) return corrupt(where, "its compressed data is damaged");
+                if (!inflateChunk(chunk, scratch)) return corrupt(where, "its compressed data is damaged");
                 break;
             case lzfFilter:
-                if (!undoLzf(chunk_, chunkBytes_ + maxFilters * checksumBytes, scratch_))
+                if (!undoLzf(chunk, chunkBytes_ + maxFilters * checksumBytes, scratch))
                     return corrupt(where, "its compressed data (lzf) is damaged");
-                chunk_.swap(scratch_);
+                chunk.swap(scratch);
                 break;
             case H5Z_FILTER_SHUFFLE:
-                unshuffle(filters_[i].elementBytes);
+                unshuffle(filters_[i].elementBytes, chunk, scratch);
                 break;
             default:
-                if (!checkFletcher()) return corrupt(where, "its checksum does not fit its data");
+                if (!checkFletcher(chunk)) return corrupt(where, "its checksum does not fit its data");
         }
     }
-    if (chunk_.size() == chunkBytes_) return success();
-    return corrupt(where, "has a chunk that holds " + std::to_string(chunk_.size()) + " bytes instead of " +
+    if (chunk.size() == chunkBytes_) return success();
+    return corrupt(where, "has a chunk that holds " + std::to_string(chunk.size()) + " bytes instead of " +
                               std::to_string(chunkBytes_));
 }
 
-bool H5Chunks::inflateChunk() {
+bool H5Chunks::inflateChunk(std::vector<std::uint8_t>& chunk, std::vector<std::uint8_t>& scratch) const {
+    auto* const inflater = decoder().inflater.get();
     // A checksum may stand behind the values.
-    scratch_.resize(chunkBytes_ + maxFilters * checksumBytes);
-    uLongf size = scratch_.size();
-    if (uncompress(scratch_.data(), &size, chunk_.data(), chunk_.size()) != Z_OK) return false;
-    scratch_.resize(size);
-    chunk_.swap(scratch_);
+    scratch.resize(chunkBytes_ + maxFilters * checksumBytes);
+    std::size_t size = 0;
+    if (inflater == nullptr ||
+        libdeflate_zlib_decompress(inflater, chunk.data(), chunk.size(), scratch.data(), scratch.size(),
+                                   &size) != LIBDEFLATE_SUCCESS)
+        return false;
+    scratch.resize(size);
+    chunk.swap(scratch);
     return true;
-}
-
-/// Shuffle puts the first bytes of all elements first, then all second bytes, and so on.
-void H5Chunks::unshuffle(std::size_t elementBytes) {
-    const std::size_t elements = chunk_.size() / elementBytes;
-    if (elementBytes < 2 || elements < 2) return;
-    scratch_ = chunk_;  // what is left over at the end stays where it is
-    for (std::size_t byte = 0; byte < elementBytes; ++byte) {
-        const std::uint8_t* from = chunk_.data() + byte * elements;
-        std::uint8_t* to = scratch_.data() + byte;
-        for (std::size_t i = 0; i < elements; ++i) to[i * elementBytes] = from[i];
-    }
-    chunk_.swap(scratch_);
-}
-
-bool H5Chunks::checkFletcher() {
-    if (chunk_.size() < checksumBytes) return false;
-    const std::size_t size = chunk_.size() - checksumBytes;
-    std::uint32_t stored = 0;
-    std::memcpy(&stored, chunk_.data() + size, checksumBytes);  // little-endian
-    const bool same = stored == fletcher32(std::span(chunk_).first(size));
-    chunk_.resize(size);
-    return same;
 }
 
 }  // namespace mote::prep

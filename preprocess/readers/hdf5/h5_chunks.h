@@ -2,11 +2,16 @@
 //
 // H5Chunks: the values of a dataset that is stored in chunks, decoded by our own code (deflate, lzf,
 // shuffle, fletcher32). HDF5's own reading (1.10) believes that a decoded chunk has the size of a chunk; a
-// changed filter mask is enough to make it read beyond one. The last chunk is kept, at most 1 GiB. Owned by
-// whoever reads the dataset; one thread at a time.
+// changed filter mask is enough to make it read beyond one. Owned by whoever reads the dataset; several
+// threads may decode at once where HDF5 itself may be called from several.
+//
+// H5Chunk: one of them, decoded, at most 1 GiB. A value, one thread at a time. H5ChunkStore: those that were
+// decoded last, one for each thread that reads at once. Any thread.
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +20,23 @@
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+struct H5Chunk {
+    std::vector<hsize_t> first;  ///< where its first value stands; empty: nothing is decoded
+    std::vector<std::uint8_t> bytes;
+};
+
+class H5ChunkStore {
+  public:
+    /// The chunk that begins at `first` if it is there, else any, or a new one. It is another's until it
+    /// comes back.
+    std::unique_ptr<H5Chunk> take(const std::vector<hsize_t>& first);
+    void giveBack(std::unique_ptr<H5Chunk> chunk);
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<H5Chunk>> chunks_;  ///< under it
+};
 
 class H5Chunks {
   public:
@@ -28,10 +50,10 @@ class H5Chunks {
     /// How many bytes come out of one stored byte at most: 1 where none is compressed.
     std::uint64_t greatestRatio() const;
 
-    /// All values, in the file's own type, of the chunk whose first one stands at `first`: until the next
-    /// call. Errors, at `where`: corrupt.
-    Result<std::span<const std::uint8_t>> chunk(hid_t dataset, const std::vector<hsize_t>& first,
-                                                const std::string& where);
+    /// Decodes the chunk whose first value stands at `first` to `chunk`, unless it is there: all its values,
+    /// in the file's own type. Errors, at `where`: corrupt.
+    Status load(hid_t dataset, const std::vector<hsize_t>& first, const std::string& where,
+                H5Chunk& chunk) const;
 
   private:
     struct Filter {
@@ -42,19 +64,16 @@ class H5Chunks {
     Status readShape(const H5Object& dataset, hid_t creation);
     Status readFilters(const H5Object& dataset, hid_t creation);
     void readFillValue(hid_t creation, hid_t type);
-    Status load(hid_t dataset, const std::vector<hsize_t>& first, const std::string& where);
-    Status decode(std::uint32_t skipped, const std::string& where);
-    bool inflateChunk();
-    void unshuffle(std::size_t elementBytes);
-    bool checkFletcher();
+    void fill(std::vector<std::uint8_t>& chunk) const;
+    Status decode(std::uint32_t skipped, const std::string& where, std::vector<std::uint8_t>& chunk,
+                  std::vector<std::uint8_t>& scratch) const;
+    bool inflateChunk(std::vector<std::uint8_t>& chunk, std::vector<std::uint8_t>& scratch) const;
 
     std::size_t valueBytes_ = 0;
     std::vector<hsize_t> shape_;
     std::uint64_t chunkBytes_ = 0, fileBytes_ = 0;
     std::vector<Filter> filters_;
     std::vector<std::uint8_t> fill_;  // one value, for chunks that were never written
-    std::vector<hsize_t> loaded_;     // the first value of the chunk that is there; empty: none
-    std::vector<std::uint8_t> chunk_, scratch_;
 };
 
 }  // namespace mote::prep

@@ -14,6 +14,8 @@
 namespace mote::prep {
 namespace {
 
+/// Larger chunks would be decoded by each of several threads that want a part of them.
+constexpr std::uint64_t mostChunkBytes = std::uint64_t{1} << 20;
 constexpr std::size_t bytesTogether = std::size_t{1} << 15;  // with what is made of them, in a core's cache
 
 bool readBytes(int file, std::uint64_t offset, std::span<std::byte> bytes) {
@@ -38,25 +40,34 @@ Result<H5Column> H5Column::open(const H5File& file, H5Object dataset) {
         column.rows_ = extent[i];
         column.axis_ = i;
     }
-    const auto stored = storedAs(column.numbers_.type());
-    const auto& offset = column.numbers_.offset();
-    if (stored && offset && file.descriptor()) column.plain_ = {file.descriptor(), *offset, *stored};
+    column.own_ = column.ownReading(file);
     return column;
+}
+
+std::optional<H5Column::Own> H5Column::ownReading(const H5File& file) const {
+    const auto stored = storedAs(numbers_.type());
+    if (!stored) return std::nullopt;
+    if (numbers_.offset() && file.descriptor())
+        return Own{*stored, file.descriptor(), *numbers_.offset(), nullptr, 0};
+    hbool_t threads = false;
+    if (numbers_.chunks() == nullptr || H5is_library_threadsafe(&threads) < 0 || !threads)
+        return std::nullopt;
+    const auto& shape = numbers_.chunks()->shape();
+    const auto rows = shape[axis_];
+    const bool flat = std::ranges::count(shape, hsize_t{1}) + (rows == 1 ? 0 : 1) ==
+                      static_cast<std::ptrdiff_t>(shape.size());
+    if (!flat || rows > mostChunkBytes / numbers_.valueBytes()) return std::nullopt;
+    return Own{*stored, nullptr, 0, std::make_unique<H5ChunkStore>(), rows};
 }
 
 /// Nothing if it is no type of this machine.
 std::optional<H5Column::Stored> H5Column::storedAs(hid_t type) {
     const std::pair<hid_t, Stored> types[] = {
-        {H5T_NATIVE_DOUBLE, double{}},
-        {H5T_NATIVE_FLOAT, float{}},
-        {H5T_NATIVE_INT8, std::int8_t{}},
-        {H5T_NATIVE_INT16, std::int16_t{}},
-        {H5T_NATIVE_INT32, std::int32_t{}},
-        {H5T_NATIVE_INT64, std::int64_t{}},
-        {H5T_NATIVE_UINT8, std::uint8_t{}},
-        {H5T_NATIVE_UINT16, std::uint16_t{}},
-        {H5T_NATIVE_UINT32, std::uint32_t{}},
-        {H5T_NATIVE_UINT64, std::uint64_t{}},
+        {H5T_NATIVE_DOUBLE, double{}},        {H5T_NATIVE_FLOAT, float{}},
+        {H5T_NATIVE_INT8, std::int8_t{}},     {H5T_NATIVE_INT16, std::int16_t{}},
+        {H5T_NATIVE_INT32, std::int32_t{}},   {H5T_NATIVE_INT64, std::int64_t{}},
+        {H5T_NATIVE_UINT8, std::uint8_t{}},   {H5T_NATIVE_UINT16, std::uint16_t{}},
+        {H5T_NATIVE_UINT32, std::uint32_t{}}, {H5T_NATIVE_UINT64, std::uint64_t{}},
     };
     for (const auto& [native, stored] : types) {
         if (H5Tequal(type, native) > 0) return stored;
@@ -65,15 +76,14 @@ std::optional<H5Column::Stored> H5Column::storedAs(hid_t type) {
 }
 
 bool H5Column::readsIntegersAtOnce() const {
-    return plain_ &&
-           std::visit([](auto stored) { return std::is_integral_v<decltype(stored)>; }, plain_->stored);
+    return own_ && std::visit([](auto stored) { return std::is_integral_v<decltype(stored)>; }, own_->stored);
 }
 
 Status H5Column::read(std::uint64_t begin, std::size_t count, double* values) const {
     MOTE_RETURN_IF_ERROR(check(begin, count));
-    if (plain_) {
-        return std::visit([&](auto stored) { return readPlain<decltype(stored)>(begin, count, values); },
-                          plain_->stored);
+    if (own_) {
+        return std::visit([&](auto stored) { return readOwn<decltype(stored)>(begin, count, values); },
+                          own_->stored);
     }
     if (!numbers_.isNativeFloat()) return readAs(H5T_NATIVE_DOUBLE, begin, count, values);
     // HDF5 converts in a buffer of its own and copies twice: three times as slow.
@@ -91,10 +101,10 @@ Status H5Column::read(std::uint64_t begin, std::size_t count, std::uint64_t* val
     return std::visit(
         [&](auto stored) -> Status {
             if constexpr (std::is_integral_v<decltype(stored)>)
-                return readPlain<decltype(stored)>(begin, count, values);
+                return readOwn<decltype(stored)>(begin, count, values);
             return success();  // not reached: floats are HDF5's to convert
         },
-        plain_->stored);
+        own_->stored);
 }
 
 Status H5Column::check(std::uint64_t begin, std::size_t count) const {
@@ -103,7 +113,7 @@ Status H5Column::check(std::uint64_t begin, std::size_t count) const {
 }
 
 template <class As, class Value>
-Status H5Column::readPlain(std::uint64_t begin, std::size_t count, Value* values) const {
+Status H5Column::readOwn(std::uint64_t begin, std::size_t count, Value* values) const {
     constexpr bool same = std::is_same_v<As, Value>;
     constexpr std::size_t together = bytesTogether / sizeof(As);
     std::array<As, same ? 1 : together> stored;
@@ -115,13 +125,33 @@ Status H5Column::readPlain(std::uint64_t begin, std::size_t count, Value* values
             bytes = std::as_writable_bytes(std::span(values, count));
         else
             bytes = std::as_writable_bytes(std::span(stored).first(size));
-        if (!readBytes(plain_->file->get(), plain_->offset + (begin + at) * sizeof(As), bytes)) {
-            return corrupt(object().where, "rows from " + std::to_string(begin + at) +
-                                               " on cannot be read: the file is damaged");
-        }
+        MOTE_RETURN_IF_ERROR(fetch(begin + at, sizeof(As), bytes));
         if constexpr (!same) {
             for (std::size_t i = 0; i < size; ++i) values[at + i] = static_cast<Value>(stored[i]);
         }
+    }
+    return success();
+}
+
+Status H5Column::fetch(std::uint64_t begin, std::size_t valueBytes, std::span<std::byte> bytes) const {
+    if (!own_->file) return fetchChunks(begin, valueBytes, bytes);
+    if (readBytes(own_->file->get(), own_->offset + begin * valueBytes, bytes)) return success();
+    return corrupt(object().where,
+                   "rows from " + std::to_string(begin) + " on cannot be read: the file is damaged");
+}
+
+Status H5Column::fetchChunks(std::uint64_t begin, std::size_t valueBytes, std::span<std::byte> bytes) const {
+    std::vector<hsize_t> first(numbers_.extent().size(), 0);
+    while (!bytes.empty()) {
+        first[axis_] = begin / own_->chunkRows * own_->chunkRows;
+        auto chunk = own_->chunks->take(first);
+        MOTE_RETURN_IF_ERROR(numbers_.chunks()->load(object().handle.get(), first, object().where, *chunk));
+        const auto from = std::as_bytes(std::span(chunk->bytes)).subspan((begin - first[axis_]) * valueBytes);
+        const auto size = std::min(bytes.size(), from.size());
+        std::copy_n(from.begin(), size, bytes.begin());
+        own_->chunks->giveBack(std::move(chunk));
+        begin += size / valueBytes;
+        bytes = bytes.subspan(size);
     }
     return success();
 }

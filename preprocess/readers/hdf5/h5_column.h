@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "preprocess/readers/hdf5/h5_chunks.h"
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/hdf5/h5_numbers.h"
 #include "protocol/scene/error.h"
@@ -27,9 +29,9 @@ class H5Column {
 
     std::uint64_t rows() const { return rows_; }
     const H5Object& object() const { return numbers_.object(); }
-    /// Whether several threads may read doubles at once: values that lie in the file one behind another, as
-    /// this machine has them, are read without HDF5.
-    bool readsAtOnce() const { return plain_.has_value(); }
+    /// Whether several threads may read doubles at once: values as this machine has them that lie in the file
+    /// one behind another, which are read without HDF5, or in chunks of at most a MiB.
+    bool readsAtOnce() const { return own_.has_value(); }
     /// The same of integers.
     bool readsIntegersAtOnce() const;
 
@@ -42,22 +44,27 @@ class H5Column {
     /// What values are in the file; the number itself says nothing.
     using Stored = std::variant<double, float, std::int8_t, std::int16_t, std::int32_t, std::int64_t,
                                 std::uint8_t, std::uint16_t, std::uint32_t, std::uint64_t>;
-    /// Values one behind another.
-    struct Plain {
-        std::shared_ptr<const storage::FileDescriptor> file;
-        std::uint64_t offset = 0;  ///< of the first
+    /// What is read by our own code.
+    struct Own {
         Stored stored;
+        std::shared_ptr<const storage::FileDescriptor> file;  ///< null: values are in chunks
+        std::uint64_t offset = 0;                             ///< of the first
+        std::unique_ptr<H5ChunkStore> chunks;
+        std::uint64_t chunkRows = 0;
     };
 
     explicit H5Column(H5Numbers numbers) : numbers_(std::move(numbers)) {}
     static std::optional<Stored> storedAs(hid_t type);
+    std::optional<Own> ownReading(const H5File& file) const;
     Status check(std::uint64_t begin, std::size_t count) const;
     template <class As, class Value>
-    Status readPlain(std::uint64_t begin, std::size_t count, Value* values) const;
+    Status readOwn(std::uint64_t begin, std::size_t count, Value* values) const;
+    Status fetch(std::uint64_t begin, std::size_t valueBytes, std::span<std::byte> bytes) const;
+    Status fetchChunks(std::uint64_t begin, std::size_t valueBytes, std::span<std::byte> bytes) const;
     Status readAs(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const;
 
     H5Numbers numbers_;
-    std::optional<Plain> plain_;
+    std::optional<Own> own_;
     mutable std::vector<float> floats_;  // as they were read last by HDF5
     std::size_t axis_ = 0;               // the one dimension that is longer than 1
     std::uint64_t rows_ = 1;

@@ -221,8 +221,8 @@ Status H5Numbers::readChunks(std::span<const hsize_t> first, std::span<const hsi
     }
     auto chunk = begin;
     do {
-        MOTE_ASSIGN_OR_RETURN(const auto from, chunks_->chunk(dataset_.handle.get(), chunk, dataset_.where));
-        ChunkPart(first, count, chunk, shape).copy(from, bytes, valueBytes_);
+        MOTE_RETURN_IF_ERROR(chunks_->load(dataset_.handle.get(), chunk, dataset_.where, chunk_));
+        ChunkPart(first, count, chunk, shape).copy(chunk_.bytes, bytes, valueBytes_);
     } while (advance(chunk, begin, end, shape, chunk.size()));
     return convert(bytes, all, memoryType, values);
 }

@@ -36,6 +36,8 @@ class H5Numbers {
     bool isNativeFloat() const { return nativeFloat_; }
     /// Where in the file all values lie, one behind another, as they are; none: they do not, or not all.
     const std::optional<std::uint64_t>& offset() const { return offset_; }
+    /// How it is cut into chunks; null if it is not.
+    const H5Chunks* chunks() const { return chunks_.get(); }
     /// HDF5's name for how a value is stored.
     hid_t type() const { return type_.get(); }
 
@@ -55,7 +57,8 @@ class H5Numbers {
 
     H5Object dataset_;
     H5Handle space_, type_;
-    std::unique_ptr<H5Chunks> chunks_;  // of a chunked dataset; keeps the last one
+    std::unique_ptr<H5Chunks> chunks_;  // of a chunked dataset
+    mutable H5Chunk chunk_;             // that was read last
     std::unique_ptr<BpValues> bp_;      // of a folder of ADIOS2
     std::vector<hsize_t> extent_;
     std::size_t valueBytes_ = 0;  // in the file

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Datasets whose values lie in the file one behind another: read without HDF5, by several threads at once.
+// Datasets whose values lie in the file one behind another, which are read without HDF5, or in small chunks:
+// by several threads at once.
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -53,6 +54,27 @@ class H5Plain : public SourceTest {
         for (std::size_t i = 0; i < plainRows; ++i) values[i] = static_cast<double>(i * i % 127);
         return values;
     }
+    /// Several threads read x in parts, each all of it several times.
+    static void expectThreadsRead(prep::ParticleSource& source, const std::vector<double>& x) {
+        constexpr std::size_t threads = 4, rounds = 5;
+        std::vector<std::vector<double>> read(threads);
+        std::vector<std::thread> all;
+        for (auto& mine : read) {
+            all.emplace_back([&mine, &source] {
+                prep::ParticleChunk chunk;
+                for (std::size_t round = 0; round < rounds; ++round) {
+                    mine.clear();
+                    for (std::size_t begin = 0; begin < plainRows; begin += 9'999) {
+                        const auto size = std::min<std::size_t>(9'999, plainRows - begin);
+                        if (!source.read(0, begin, size, {Column::x, Column::weight}, chunk).ok()) return;
+                        mine.insert(mine.end(), chunk[Column::x].begin(), chunk[Column::x].end());
+                    }
+                }
+            });
+        }
+        for (auto& thread : all) thread.join();
+        for (const auto& mine : read) EXPECT_EQ(mine, x);
+    }
     std::filesystem::path path() const { return folder / "run.h5"; }
 };
 
@@ -74,7 +96,7 @@ TEST_F(H5Plain, allOthersAreReadByHdf5) {
     const std::pair<hid_t, hid_t> kinds[] = {{H5T_IEEE_F64BE, H5P_DEFAULT},
                                              {H5T_IEEE_F32BE, H5P_DEFAULT},
                                              {H5T_STD_I32BE, H5P_DEFAULT},
-                                             {H5T_IEEE_F64LE, chunked},
+                                             {H5T_IEEE_F64BE, chunked},
                                              {H5T_STD_U8LE, compact}};
     for (const auto& [type, creation] : kinds) {
         writeX(type, creation);
@@ -84,6 +106,40 @@ TEST_F(H5Plain, allOthersAreReadByHdf5) {
     }
     H5Pclose(chunked);
     H5Pclose(compact);
+}
+
+/// Chunks that divide neither the rows nor what is read of them together.
+TEST_F(H5Plain, chunksAreReadAtOnce) {
+    for (const hsize_t chunk : {997, 10'007, 50'001}) {
+        for (const hid_t type : {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_STD_U8LE}) {
+            const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+            H5Pset_chunk(creation, 1, &chunk);
+            H5Pset_shuffle(creation);
+            H5Pset_deflate(creation, 4);
+            writeX(type, creation);
+            H5Pclose(creation);
+            MOTE_OPEN(source, {path()}, progress);
+            EXPECT_TRUE(source->readsAtOnce(0));
+            EXPECT_EQ(column(*source, 0, Column::x), values()) << chunk;
+            expectThreadsRead(*source, values());
+        }
+    }
+}
+
+TEST_F(H5Plain, chunksOfMoreThanAMebibyteAreNot) {
+    constexpr hsize_t rows = 300'000;
+    for (const hsize_t chunk : {hsize_t{1} << 17, (hsize_t{1} << 17) + 1}) {
+        const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+        H5Pset_chunk(creation, 1, &chunk);
+        H5Pset_deflate(creation, 1);
+        const std::vector<double> written(rows, 2.5);
+        write(
+            [&](H5TestFile& file) { file.write(plainX, H5T_IEEE_F64LE, written.data(), {rows}, creation); });
+        H5Pclose(creation);
+        MOTE_OPEN(source, {path()}, progress);
+        EXPECT_EQ(source->readsAtOnce(0), chunk == hsize_t{1} << 17);
+        EXPECT_EQ(column(*source, 0, Column::x), written);
+    }
 }
 
 TEST_F(H5Plain, offsetsCountFromTheFilesBeginning) {
@@ -134,24 +190,7 @@ TEST_F(H5Plain, threadsReadTheSame) {
     const auto x = column(*source, 0, Column::x);
     const auto written = values();
     for (std::size_t i = 0; i < plainRows; ++i) ASSERT_EQ(x[i], written[i] * 0.1 + written[i]);
-    constexpr std::size_t threads = 4, rounds = 20;
-    std::vector<std::vector<double>> read(threads);
-    std::vector<std::thread> all;
-    for (std::size_t thread = 0; thread < threads; ++thread) {
-        all.emplace_back([&, thread] {
-            prep::ParticleChunk chunk;
-            for (std::size_t round = 0; round < rounds; ++round) {
-                read[thread].clear();
-                for (std::size_t begin = 0; begin < plainRows; begin += 9'999) {
-                    const auto size = std::min<std::size_t>(9'999, plainRows - begin);
-                    if (!source->read(0, begin, size, {Column::x, Column::weight}, chunk).ok()) return;
-                    read[thread].insert(read[thread].end(), chunk[Column::x].begin(), chunk[Column::x].end());
-                }
-            }
-        });
-    }
-    for (auto& thread : all) thread.join();
-    for (const auto& mine : read) EXPECT_EQ(mine, x);
+    expectThreadsRead(*source, x);
 }
 
 TEST_F(H5Plain, whatIsCutShortAfterItWasOpenedIsSaid) {
