@@ -36,6 +36,18 @@ std::shared_ptr<const StepVolume> SelectionCache::volume(const Step& step, const
     return grid;
 }
 
+std::vector<storage::PointRange> SelectionCache::needed(const Step& step, const PointChoice& choice) {
+    needed_.remove_if([](const Needed& one) { return one.step.expired(); });
+    const auto* const known = mostRecent(needed_, [&](const Needed& one) {
+        return one.step.lock() == step && one.fraction == choice.fraction && one.volume == choice.volume;
+    });
+    if (known != nullptr) return known->ranges;
+    while (needed_.size() >= keptVolumes) needed_.pop_back();
+    auto ranges = neededPoints(*step, choice);
+    needed_.push_front({step, choice.fraction, choice.volume, ranges});
+    return ranges;
+}
+
 StepWeight SelectionCache::weight(const Step& step, double meanWeight, bool rough) {
     if (!(meanWeight > 0.0)) return {};
     weights_.remove_if([](const Weight& one) { return one.step.expired(); });

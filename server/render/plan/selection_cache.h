@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <list>
 #include <memory>
+#include <vector>
 
 #include "protocol/scene/transfer_function.h"
 #include "server/render/plan/moved_points.h"
@@ -27,6 +28,8 @@ class SelectionCache {
     std::shared_ptr<const StepVolume> volume(const Step& step, const TransferFunction& transfer,
                                              const Curve& fraction, bool rough = false,
                                              const std::shared_ptr<const PointValues>& values = nullptr);
+    /// The points that may be drawn of any share. Throws as neededPoints.
+    std::vector<storage::PointRange> needed(const Step& step, const PointChoice& choice);
     /// What the points of a step weigh; `rough`: without the octree. Throws as stepWeight.
     StepWeight weight(const Step& step, double meanWeight, bool rough);
     /// The means of a step's values by leaf (leaf_means.h). Throws as leafMeans.
@@ -64,6 +67,12 @@ class SelectionCache {
         bool rough;
         StepWeight weight;
     };
+    struct Needed {
+        std::weak_ptr<const storage::ParticleStep> step;
+        Curve fraction;
+        std::shared_ptr<const StepVolume> volume;
+        std::vector<storage::PointRange> ranges;
+    };
     struct Means {
         std::weak_ptr<const storage::ParticleStep> step;
         std::weak_ptr<const PointValues> of;
@@ -81,6 +90,7 @@ class SelectionCache {
     std::list<Volume> volumes_;  // likewise
     std::list<Means> means_;     // likewise
     std::list<Weight> weights_;  // likewise
+    std::list<Needed> needed_;   // likewise
     std::list<Moved> moved_;     // likewise
 
     template <class Make>

@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "protocol/scene/drawn_points.h"
+#include "protocol/scene/particles_style.h"
 #include "server/render/plan/octree_cell.h"
+#include "server/render/plan/selection_cache.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
 
@@ -129,6 +132,36 @@ TEST(SelectPoints, OneDensityIsTheLeast) {
     const auto step = MemoryStep::make({{{0.2, 0.3, 0.4}}});
     EXPECT_EQ(selectPoints(*step, {.fraction = curve({{0.0, 1.0}, {0.1, 0.0}})}).points, 1U);
     EXPECT_EQ(selectPoints(*step, {.fraction = curve({{0.0, 0.0}, {0.1, 1.0}})}).points, 0U);
+}
+
+/// What a camera that moves needs is told once, and told anew for another step, curve or volume.
+TEST(SelectionCache, NeedsWhatTheChoiceNeeds) {
+    SelectionCache cache;
+    const std::array steps{beamStep(), MemoryStep::make(test::evenCloud(20000, 3), {.leafCapacity = 16})};
+    const auto all = curve({{0.0, 1.0}, {1.0, 1.0}}), few = curve({{0.0, 1.0}, {0.3, 1.0}, {0.3, 0.0}});
+    std::vector<std::shared_ptr<const StepVolume>> volumes{nullptr};
+    for (const double from : {0.0, 0.6}) {
+        const auto transfer =
+            ParticlesStyle::transferOf(curve({{from, 0.0}, {from, 0.3}}), ColorMap::standard());
+        volumes.push_back(std::make_shared<const StepVolume>(stepVolume(*steps[0], transfer, few)));
+    }
+    for (int again = 0; again < 2; ++again) {
+        for (const auto& step : steps) {
+            for (const auto& fraction : {all, few}) {
+                for (const auto& volume : volumes) {
+                    if (volume != nullptr && step != steps[0]) continue;
+                    const PointChoice choice{
+                        .fraction = fraction, .share = 0.5 / (1 + again), .volume = volume};
+                    const auto wanted = neededPoints(*step, choice), got = cache.needed(step, choice);
+                    ASSERT_EQ(got.size(), wanted.size());
+                    for (std::size_t i = 0; i < got.size(); ++i) {
+                        EXPECT_EQ(got[i].begin, wanted[i].begin);
+                        EXPECT_EQ(got[i].count, wanted[i].count);
+                    }
+                }
+            }
+        }
+    }
 }
 
 }  // namespace

@@ -108,11 +108,11 @@ std::uint64_t pointsInView(const PointsPlan& points) {
 
 /// What the points and the volume of a layer need in memory; of the points of an octree that is not there
 /// yet, none.
-storage::StepNeed needOf(const PointsPlan& points) {
+storage::StepNeed needOf(const PointsPlan& points, SelectionCache& selections) {
     const bool none = zeroFrom(points.fraction) <= 0.0 && !points.choice().thin();
     storage::StepNeed need{
         .preview = none ? 0 : storage::Preview::mostPoints, .volume = true, .octree = true};
-    if (!none && points.step->octreeReady()) need.points = neededPoints(*points.step, points.choice());
+    if (!none && points.step->octreeReady()) need.points = selections.needed(points.step, points.choice());
     return need;
 }
 
@@ -153,7 +153,7 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
 /// which.
 void select(PointsPlan& points, const Frustum& frustum, bool alike, bool cut, const Lowering& out) {
     const double share = points.share = out.quality.pointFraction;
-    points.need = needOf(points);
+    points.need = needOf(points, out.selections);
     const bool none = points.need.preview == 0;
     if (!out.device.allPoints) points.need.points.clear();
     if (none) {
