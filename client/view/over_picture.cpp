@@ -150,4 +150,15 @@ void drawSign(const PictureArea& area, const std::string& said) {
                  nullptr, wrap);
 }
 
+void drawFootnote(const PictureArea& area, const std::string& said) {
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const float inset = 6.0F * area.scale;
+    const ImVec2 size = ImGui::CalcTextSize(said.c_str());
+    const ImVec2 end{area.left + area.width - inset, area.top + area.height - inset};
+    const ImVec2 at{std::max(end.x - inset - size.x, area.left + 2.0F * inset), end.y - inset - size.y};
+    draw.AddRectFilled({at.x - inset, at.y - 0.5F * inset}, {end.x, end.y - 0.5F * inset},
+                       IM_COL32(20, 24, 32, 220), 4.0F * area.scale);
+    draw.AddText(at, IM_COL32(255, 225, 130, 255), said.c_str());
+}
+
 }  // namespace mote::client

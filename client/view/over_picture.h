@@ -60,6 +60,9 @@ bool drawMaking(const PictureArea& area, const std::string& what, double progres
 /// Draws above the picture what the hand does in place of turning it.
 void drawSign(const PictureArea& area, const std::string& said);
 
+/// Draws in the lower right corner of the picture what holds for all of it.
+void drawFootnote(const PictureArea& area, const std::string& said);
+
 /// A side of what is shown: an axis, 0 to 2, and which end of it.
 struct AxisEnd {
     int axis;

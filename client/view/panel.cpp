@@ -95,6 +95,12 @@ void drawConnection(const ServerState& server, PanelActions& actions) {
         text(fmt::format("{}   link {}", encodingName(frame.encoding()),
                          linkName(frame.link_bytes_per_second())));
         helpAtRest(limits);
+        ImGui::SameLine();
+        bool saves = server.savesData;
+        ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {0.0F, 0.0F});  // as high as the line
+        if (ImGui::Checkbox("data saver", &saves)) actions.command = "Data saver on or off";
+        ImGui::PopStyleVar();
+        helpAtRest("for a line that is paid for: smaller pictures, and few of them while they move");
     }
 }
 

@@ -227,33 +227,43 @@ struct Plot {
     ImVec2 size;
     Interval axis;
     bool rootAxis;
+    double bend;
+
+    /// A share of the axis, of the width, and back.
+    double bent(double share) const {
+        return bend > 0.0 ? std::expm1(bend * share) / std::expm1(bend) : share;
+    }
+    double unbent(double share) const {
+        return bend > 0.0 ? std::log1p(share * std::expm1(bend)) / bend : share;
+    }
 
     float up(double y) const { return static_cast<float>(rootAxis ? std::sqrt(y) : y); }
     float across(double x) const {
-        return origin.x + static_cast<float>((x - axis.low) / (axis.high - axis.low)) * size.x;
+        return origin.x + static_cast<float>(bent((x - axis.low) / (axis.high - axis.low))) * size.x;
     }
     ImVec2 at(const Curve::Knot& knot) const {
         return {across(knot.x), origin.y + (1.0F - up(knot.y)) * size.y};
     }
     Curve::Knot from(const ImVec2& screen) const {
-        const double x = std::clamp((screen.x - origin.x) / size.x, 0.0F, 1.0F);
+        const double x = unbent(std::clamp((screen.x - origin.x) / size.x, 0.0F, 1.0F));
         const double y = std::clamp(1.0F - (screen.y - origin.y) / size.y, 0.0F, 1.0F);
         return {axis.low + x * (axis.high - axis.low), rootAxis ? y * y : y};
     }
 };
 
+/// `most`: what fills the height.
 void drawHistogram(ImDrawList& draw, const Plot& plot, std::span<const std::uint64_t> bins,
-                   const Interval& range) {
-    const std::uint64_t most = bins.empty() ? 0 : *std::max_element(bins.begin(), bins.end());
+                   const Interval& range, std::uint64_t most, ImU32 color) {
     if (most == 0) return;
-    const float begin = plot.across(range.low);
-    const float width = (plot.across(range.high) - begin) / static_cast<float>(bins.size());
+    const double width = (range.high - range.low) / static_cast<double>(bins.size());
     const float scale = plot.size.y / std::log1p(static_cast<float>(most));
     for (std::size_t i = 0; i < bins.size(); ++i) {
-        const float left = begin + width * static_cast<float>(i);
+        if (bins[i] == 0) continue;
+        const float left = plot.across(range.low + width * static_cast<double>(i));
+        const float right = plot.across(range.low + width * static_cast<double>(i + 1));
         const float bottom = plot.origin.y + plot.size.y;
         const float top = bottom - scale * std::log1p(static_cast<float>(bins[i]));
-        draw.AddRectFilled({left, top}, {left + width, bottom}, IM_COL32(92, 104, 122, 150));
+        draw.AddRectFilled({left, top}, {std::max(right, left + 1.0F), bottom}, color);
     }
 }
 
@@ -296,7 +306,7 @@ void drawStrip(ImDrawList& draw, const Plot& plot, const std::function<glm::dvec
     constexpr int pieces = 128;
     const float top = plot.origin.y + plot.size.y;
     for (int i = 0; i < pieces; ++i) {
-        const double x = std::lerp(plot.axis.low, plot.axis.high, (i + 0.5) / pieces);
+        const double x = std::lerp(plot.axis.low, plot.axis.high, plot.unbent((i + 0.5) / pieces));
         const auto shown = linearToSrgb(color(x)) * 255.0;
         const float left = plot.origin.x + plot.size.x * static_cast<float>(i) / pieces;
         draw.AddRectFilled(
@@ -364,22 +374,25 @@ bool typeKnot(EditedCurve& curve, const CurveEditorLook& look, float width) {
 bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look) {
     ImGui::PushID(id);
     const float width = ImGui::GetContentRegionAvail().x;
-    const Plot plot{ImGui::GetCursorScreenPos(), {width, look.height}, look.axis, look.rootAxis};
+    const Plot plot{ImGui::GetCursorScreenPos(), {width, look.height}, look.axis, look.rootAxis, look.bend};
     ImGui::InvisibleButton("plot", {width, look.height});
     bool changed = edit(plot, curve);
     if (ImGui::IsItemHovered()) {
         const auto at = plot.from(ImGui::GetIO().MousePos);
-        ImGui::SetTooltip("%s",
-                          fmt::format("{} {:.4g}, {} {:.3f}", look.xName, at.x, look.yName, at.y).c_str());
+        const auto x = look.said ? look.said(at.x) : fmt::format("{} {:.4g}", look.xName, at.x);
+        ImGui::SetTooltip("%s", fmt::format("{}, {} {:.3f}", x, look.yName, at.y).c_str());
     }
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     const ImVec2 end{plot.origin.x + plot.size.x, plot.origin.y + plot.size.y};
     draw.AddRectFilled(plot.origin, end, IM_COL32(18, 20, 26, 255));
     // Knots stand out at the sides, but not over what lies above or below the window.
-    const ImVec2 least = draw.GetClipRectMin(), most = draw.GetClipRectMax();
-    draw.PushClipRect({plot.origin.x, std::max(plot.origin.y, least.y)},
-                      {end.x + knotRadius(), std::min(end.y + knotRadius(), most.y)}, false);
-    drawHistogram(draw, plot, look.histogram, look.histogramRange);
+    const float top = std::max(plot.origin.y, draw.GetClipRectMin().y),
+                bottom = std::min(end.y + knotRadius(), draw.GetClipRectMax().y);
+    draw.PushClipRect({plot.origin.x, top}, {end.x + knotRadius(), bottom}, false);
+    const std::uint64_t most = look.histogram.empty() ? 0 : *std::ranges::max_element(look.histogram);
+    drawHistogram(draw, plot, look.histogram, look.histogramRange, most, IM_COL32(92, 104, 122, 150));
+    if (look.lit.size() == look.histogram.size())
+        drawHistogram(draw, plot, look.lit, look.histogramRange, most, IM_COL32(255, 225, 130, 200));
     drawGrid(draw, plot);
     const ImU32 color = look.rootAxis ? IM_COL32(255, 176, 84, 255) : IM_COL32(140, 200, 255, 255);
     drawCurve(draw, plot, curve.knots(), color);

@@ -108,7 +108,11 @@ struct CurveEditorLook {
     float height;                                   ///< pixels
     Interval axis = {};                             ///< of x
     std::span<const std::uint64_t> histogram = {};  ///< even bins over histogramRange
+    std::span<const std::uint64_t> lit = {};        ///< a part of what they count, in the same bins
     Interval histogramRange = {};
+    /// x is drawn by exp(bend x), so that its axis is even in that; 0: in x itself.
+    double bend = 0.0;
+    std::function<std::string(double)> said = {};  ///< of x, in place of its number
     std::function<glm::dvec3(double)> color = {};  ///< of x, linear RGB, drawn as a strip below
 };
 

@@ -56,10 +56,8 @@ Viewer::Viewer(const ViewOptions& options)
       panes_(
           connection_,
           [this] { return std::make_unique<Connection>(options_.connection, connectionSettings(options_)); }),
-      numbers_({[this](const proto::Query& query, QueryLine::Reply reply) {
-                    return connection_.query(query, std::move(reply));
-                },
-                [this](std::uint64_t query) { connection_.cancelQuery(query); }}) {
+      numbers_(queryLine()),
+      lens_(queryLine()) {
     if (options.view) {
         loaded_ = openView(*options.view);
         if (!note_.empty()) complain("mote-view", note_);
@@ -75,6 +73,7 @@ Viewer::Viewer(const ViewOptions& options)
     interactive_ = !options_.exitAfterStill && !options_.screenshot && !options_.saveView;
     if (interactive_) beginSession();
     if (interactive_) readWishes();
+    saver_.on = interactive_ && isMarked(savesData);
     if (loaded_.ok() && !filmShown_) askAhead();
     if (!window_) window_ = std::make_shared<Window>(options_.width, options_.height, "Mote");
     window_->setLight(isMarked(lightWindow));
@@ -86,6 +85,13 @@ Viewer::Viewer(const ViewOptions& options)
     }
     if (offered_) window_->letters().learn(offered_->subject);
     settling_ = settlingFrames;
+}
+
+QueryLine Viewer::queryLine() {
+    return {[this](const proto::Query& query, QueryLine::Reply reply) {
+                return connection_.query(query, std::move(reply));
+            },
+            [this](std::uint64_t query) { connection_.cancelQuery(query); }};
 }
 
 void Viewer::beginSession() {
@@ -101,13 +107,13 @@ void Viewer::beginSession() {
 void Viewer::listen() {
     connection_.onState([this](Connection::State state) {
         film_.forgetAsked();
-        if (state != Connection::State::connecting) numbers_.forget();
+        if (state != Connection::State::connecting) forgetNumbers();
         if (state == Connection::State::connected) askServer();
         if (state == Connection::State::lost && options_.exitAfterStill) exitStatus_ = 1;
     });
     connection_.onCatalogue([this](const proto::Catalogue& catalogue) {
         takeCatalogue(catalogue);
-        numbers_.forget();
+        forgetNumbers();
         noteAwaited();
         for (std::size_t i = 0; i < panes_.size(); ++i) learnSteps(panes_[i]);
     });
@@ -338,8 +344,7 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
 }
 
 void Viewer::repeatJob(const std::string& id) {
-    const auto isJob = [&](const auto& job) { return job.id() == id; };
-    const auto job = std::ranges::find_if(server_.jobs, isJob);
+    const auto job = std::ranges::find(server_.jobs, id, [](const auto& each) { return each.id(); });
     if (job == server_.jobs.end()) return;
     const auto take = [this](Result<proto::JobStatus> reply) {
         reply.ok() ? replaceJob(*reply) : say(reply.error().toString());
@@ -379,12 +384,16 @@ void Viewer::sendView(std::size_t index, const PictureArea& area) {
                          findEntry(model.dataset()) == nullptr;
     if (!of.shown && !missing && (model.hasDataset() || !model.isLoaded()))
         return;  // nothing to show before the first dataset is known
-    if (!of.needs(area, moving_)) return;
+    const auto asked = saver_.asked(area);
+    const double now = window_ ? ImGui::GetTime() : 0.0;
+    if (!of.needs(asked, moving_) || saver_.waits(now, moving_)) return;
+    saver_.note(now);
     if (index == 0) film_.forgetAsked();  // this view takes the place of all others of its line
-    auto view = model.asked(area.columns, area.rows);
+    auto view = model.asked(asked.columns, asked.rows);
+    saver_.scale(view);
     if (interactive_) leaveOutMissing(view);
     if (panes_.size() > 1 && view.has_annotations()) keepLettersReadable(view, area);
-    of.ask(panes_.line(index), std::move(view), area, moving_);
+    of.ask(panes_.line(index), std::move(view), asked, moving_);
 }
 
 void Viewer::sendViews(const PictureArea& whole) {
@@ -584,6 +593,40 @@ void Viewer::useDevices(bool used) {
     say(used ? "Gamepads and 3D mice are used." : "Gamepads and 3D mice are not used.");
 }
 
+void Viewer::saveData(bool saved) {
+    saver_.on = saved;
+    mark(savesData, saved);
+    for (std::size_t i = 0; i < panes_.size(); ++i) panes_[i].dirty = true;
+}
+
+void Viewer::drawSaver(const PictureArea& whole) {
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < panes_.size(); ++i) bytes += panes_.line(i).statistics().bytes;
+    if (saver_.on) drawFootnote(whole, saver_.said(activeArea(), bytes));
+}
+
+void Viewer::forgetNumbers() {
+    numbers_.forget();
+    lens_.forget();
+}
+
+void Viewer::endTools() {
+    numbers_.tool().setKind(PictureTool::Kind::none);
+    handles_.brush.on = false;
+    lens_.turn(false);
+}
+
+void Viewer::lightDensities(const PictureArea& area) {
+    const auto* manifest = shownManifest();
+    const bool known =
+        manifest != nullptr && static_cast<int>(model().step()) < manifest->particles().steps_size();
+    const int bins =
+        known ? manifest->particles().steps(static_cast<int>(model().step())).density_histogram_size() : 0;
+    lens_.ask(model(), area, static_cast<std::uint32_t>(bins), moving_);
+    lens_.draw(area);
+    server_.litDensities = lens_.lit();
+}
+
 void Viewer::toggleBrush() {
     auto& brush = handles_.brush;
     if (!brush.on && model().kind() != proto::Layer::kInk)
@@ -624,27 +667,6 @@ void Viewer::takePanelWidth(const PanelActions& actions) {
     keepWish(panelWidthWish, fmt::format("{}", panelWidth_));
 }
 
-/// Of the layer's space, in which the plot is a cube; a single place is given some room.
-static std::optional<Bounds> boxOf(const StepStatistics& ends, const proto::ParticlesManifest& plot) {
-    constexpr double least = 0.01;
-    Bounds box;
-    if (ends.values.size() != 2 * axesOfPlot) return std::nullopt;
-    for (int i = 0; i < axesOfPlot; ++i) {
-        const auto& axis = axisOf(plot, i, ends.step);
-        const auto placeOf = [&](double value) {
-            return 2.0 * (value - axis.min()) / (axis.max() - axis.min()) - 1.0;
-        };
-        const auto first = static_cast<std::size_t>(2 * i);
-        const double low = placeOf(ends.values[first]), high = placeOf(ends.values[first + 1]);
-        if (!std::isfinite(low) || !std::isfinite(high)) return std::nullopt;
-        const double room = std::max(0.5 * (least - (high - low)), 0.0);
-        box.min[i] = std::max(low - room, plotBounds.min[i]);
-        box.max[i] = std::min(high + room, plotBounds.max[i]);
-        if (!(box.min[i] < box.max[i])) return std::nullopt;
-    }
-    return box;
-}
-
 void Viewer::fitTo(Pane& in, const Bounds& box) {
     const double aspect = activeArea().aspect();
     const auto before = in.model.camera(aspect);
@@ -660,15 +682,7 @@ void Viewer::fitSelection() {
     const auto* manifest = shownManifest();
     if (model().kind() != proto::Layer::kParticles || !selection || manifest == nullptr)
         return say("No selection of particles is chosen; L draws a line around some.");
-    proto::Query query;
-    query.set_dataset(model().dataset());
-    query.set_steps(fmt::format("{0}:{0}:1", model().step()));
-    *query.mutable_select() = *selection;
-    for (int i = 0; i < axesOfPlot; ++i) {
-        for (const char* end : {"min_", "max_"})
-            query.mutable_statistics()->add_names(end +
-                                                  axisOf(manifest->particles(), i, model().step()).name());
-    }
+    const auto query = endsOf(model().dataset(), manifest->particles(), model().step(), *selection);
     connection_.query(query, [this, id = pane().id, query](const Result<QueryAnswer>& answer) {
         const auto ends = answer.ok() ? statisticsOf(*answer) : answer.error();
         if (!ends.ok()) return say(ends.error().toString());
@@ -733,10 +747,12 @@ void Viewer::drawAll(const PictureArea& whole) {
     glide();
     makeCameraCommands();
     drawFlight(activeArea());
+    lightDensities(activeArea());
     play();
     learnDatasets();
     refreshShown();
     const PanesShown shown{panes_.size(), panes_.links(), shelf_.of(pane().subject)};
+    server_.savesData = saver_.on;
     if (panelShown_) {
         const auto actions =
             drawPanel(model(), numbers_, handles_, server_, shown, window_->contentScale(), panelWidth_);

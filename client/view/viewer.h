@@ -25,6 +25,7 @@
 #include "client/view/files/view_files.h"
 #include "client/view/film_editor.h"
 #include "client/view/hand/named_cameras.h"
+#include "client/view/numbers/density_lens.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/over_picture.h"
 #include "client/view/panel.h"
@@ -143,6 +144,7 @@ class Viewer {
     /// The state of this moment belongs to the present gesture.
     void lookAtDesk();
     void beginSession();
+    QueryLine queryLine();
     void keepSession();
     void offerSession();
     void takeUpSession(const Session& session);
@@ -169,6 +171,10 @@ class Viewer {
     void drawFlight(const PictureArea& area) const;
     void toggleBrush();
     void askForBrush();
+    /// What the left button does in place of turning the camera; nothing from now on.
+    void endTools();
+    /// The server is another one, or knows other datasets.
+    void forgetNumbers();
     bool takeBrushKey(const PressedKey& key);
     bool isSteeringKey(const PressedKey& key) const;
     glm::dvec3 placeUnderPointer(const PictureArea& area) const;
@@ -187,12 +193,13 @@ class Viewer {
     void makeCommands();
     void makeViewCommands();
     /// What the user wants of all windows: marks in the folder of sessions.
-    static constexpr const char *lightWindow = "light", *noDevices = "no-devices",
+    static constexpr const char *lightWindow = "light", *noDevices = "no-devices", *savesData = "saves-data",
                                 *timeScaleWish = "time-scale";
     static bool isMarked(const char* name);
     void mark(const char* name, bool marked);
     void useLight(bool light);
     void useDevices(bool used);
+    void saveData(bool saved);
 
     // What is shown.
 
@@ -200,6 +207,7 @@ class Viewer {
     void showPictures(const PictureArea& whole) const;
     void drawOver(const PictureArea& whole);
     void drawTriads(const PictureArea& whole);
+    void drawSaver(const PictureArea& whole);
     void browse(const PictureArea& area);
     std::vector<Note> whatIsWrong(std::size_t index);
     std::optional<Note> whatOfLine(std::size_t index);
@@ -210,6 +218,7 @@ class Viewer {
     void drawTime(const PictureArea& whole);
     void editFilm(const PictureArea& whole);
     void editNumbers(const PictureArea& area);
+    void lightDensities(const PictureArea& area);
     const proto::Manifest* shownManifest() const;
     /// Exact pictures of the latest views are on the screen.
     bool still() const;
@@ -222,6 +231,7 @@ class Viewer {
     std::shared_ptr<Window> window_;
     Playback playback_;
     TimeBar timeBar_;
+    DataSaver saver_;
     Handles handles_;
     ServerState server_;
     ViewFiles files_;
@@ -263,6 +273,7 @@ class Viewer {
     Connection connection_;
     Panes panes_;  // the first asks over that connection
     NumbersEditor numbers_;
+    DensityLens lens_;
 };
 
 }  // namespace mote::client

@@ -24,16 +24,6 @@
 #include "protocol/scene/view.h"
 
 namespace mote::client {
-namespace {
-
-/// As a shell reads it, which ends at a quote.
-std::string shellWord(std::string_view word) {
-    std::string text = "'";
-    for (const char letter : word) text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
-    return text + "'";
-}
-
-}  // namespace
 
 Status Viewer::openView(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(auto saved, readSavedView(path));
@@ -145,10 +135,7 @@ void Viewer::copyCommand() {
     if (panes_.size() > 1 && view.has_annotations()) keepLettersReadable(view, area);
     const auto kept = saveJson(path, view, SameName::stays);
     if (!kept.ok()) return say(kept.error().toString());
-    auto command = fmt::format("mote-frames {}", shellWord(path.string()));
-    if (options_.spawn.empty()) command += " --connect " + shellWord(options_.connection.string());
-    for (const auto& root : options_.spawn) command += " --spawn " + shellWord(root);
-    ImGui::SetClipboardText((command + " --out .").c_str());
+    ImGui::SetClipboardText(commandOf(path, options_.connection, options_.spawn).c_str());
     say("The command that makes this picture is in the clipboard.");
 }
 
@@ -234,6 +221,10 @@ void Viewer::takeInput(const PictureArea& area) {
                       ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
                       ImGui::IsMouseDown(ImGuiMouseButton_Middle);
     moving_ = held && !io.WantCaptureMouse;
+    if (lens_.takeMouse(area)) {
+        moving_ = false;
+        return;
+    }
     PanelActions gesture;
     if (numbers_.takeMouse(model(), shownManifest(), area, gesture)) {
         pane().dirty |= gesture.viewChanged;
@@ -482,15 +473,26 @@ void Viewer::makeCommands() {
     add("Window", "Numbers", "N", [this] { numbers_.open = !numbers_.open; });
     add("Window", "Full screen", "F11", [this] { window_->toggleFullScreen(); });
     add("Window", "Light or dark", "", [this] { useLight(!isMarked(lightWindow)); });
+    add("Window", "Data saver on or off", "", [this] { saveData(!saver_.on); });
     add("Window", "Keys", "?", [this] { keysShown_ = !keysShown_; });
     add("Window", "Commands", "Ctrl+K", [this] { palette_.open(); });
     add("Numbers", "Histogram", "H", [this] { numbers_.toggleHistogram(); });
-    add("Numbers", "Lasso", "L", [this] { numbers_.tool().toggle(PictureTool::Kind::lasso); });
-    add("Numbers", "Pick a particle", "P", [this] { numbers_.tool().toggle(PictureTool::Kind::pick); });
+    const auto addTool = [&](const char* name, const char* keys, PictureTool::Kind kind) {
+        add("Numbers", name, keys, [this, kind] {
+            lens_.turn(false);
+            numbers_.tool().toggle(kind);
+        });
+    };
+    addTool("Lasso", "L", PictureTool::Kind::lasso);
+    addTool("Pick a particle", "P", PictureTool::Kind::pick);
+    add("Numbers", "Densities of a region", "T", [this] {
+        const bool on = !lens_.isOn();
+        endTools();
+        lens_.turn(on);
+    });
     add("Window", "End what is under way", "Escape", [this] {
-        numbers_.tool().setKind(PictureTool::Kind::none);
+        endTools();
         setFlying(false);
-        handles_.brush.on = false;
         keysShown_ = false;
     });
     add("Window", "Connect now", "", [this] {
@@ -753,6 +755,7 @@ void Viewer::drawTriads(const PictureArea& whole) {
 void Viewer::drawOver(const PictureArea& whole) {
     const float scale = whole.scale;
     drawTriads(whole);
+    drawSaver(whole);
     drawPaneFrames(panes_, whole);
     for (std::size_t i = 0; i < panes_.size(); ++i) {
         const auto area = server_.connected ? paneArea(whole, i, panes_.size()) : whole;

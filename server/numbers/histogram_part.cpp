@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
 #include "protocol/quantity/quantity.h"
 #include "server/numbers/coarse_notes.h"
@@ -12,6 +14,9 @@
 
 namespace mote::server {
 namespace {
+
+/// What no column says: the scaled log density of a point's leaf.
+constexpr std::string_view leafDensity = "leaf_density";
 
 /// An error at a column's name.
 Error atColumn(const Error& error, std::size_t axis) {
@@ -63,7 +68,23 @@ Status HistogramPart::answer(const StepQuestion& question, QueryAnswer& answer) 
     return success();
 }
 
+/// A column of that name goes before it.
+std::optional<Result<storage::Histogram>> HistogramPart::countLeaves(const StepQuestion& question) const {
+    const bool wanted = axes_.size() == 1 && axes_.front().column == leafDensity && unweighted_;
+    const auto& columns = question.manifest().columns();
+    const auto isColumn = [](const auto& column) { return column.name() == leafDensity; };
+    if (!wanted || std::ranges::any_of(columns, isColumn)) return std::nullopt;
+    const auto step = question.points();
+    if (!step.ok()) return step.error();
+    const auto chosen = question.chosen();
+    if (!chosen.ok()) return chosen.error();
+    const auto [low, high] = axes_.front().range.value_or(std::pair{0.0, 1.0});
+    return storage::countLeafDensities({std::string(leafDensity), axes_.front().bins, low, high},
+                                       *step->points, chosen->get());
+}
+
 Result<storage::Histogram> HistogramPart::count(const StepQuestion& question, proto::Answer& message) {
+    if (auto counted = countLeaves(question)) return *std::move(counted);
     MOTE_ASSIGN_OR_RETURN(const auto numbers, question.numbers());
     std::vector<storage::HistogramAxis> axes;
     for (std::size_t i = 0; i < axes_.size(); ++i) {

@@ -57,6 +57,8 @@ class StepQuestion {
 
     /// With columns. Errors: notFound, corrupt.
     Result<storage::StepNumbers> numbers() const;
+    /// With columns, if there are any. Errors: corrupt.
+    Result<storage::StepNumbers> points() const { return run_->step(step_); }
     /// Null: all points. Errors: as SelectionResults.
     Result<SelectionResults::Mask> chosen() const;
     Result<SelectionResults::Ids> ids() const;
@@ -112,6 +114,9 @@ class HistogramPart final : public QueryPart {
     Result<storage::Histogram> count(const StepQuestion& question, proto::Answer& message);
 
   private:
+    /// Nothing: it asks for quantities.
+    std::optional<Result<storage::Histogram>> countLeaves(const StepQuestion& question) const;
+
     std::vector<Axis> axes_;  // ranges are those of all steps once they are known
     const bool unweighted_;
 };

@@ -188,6 +188,31 @@ bool countWeighted(const Counter& counter, const ParticleColumns& columns, std::
 
 }  // namespace
 
+Histogram countLeafDensities(const HistogramAxis& axis, const ParticleStep& step, const PointMask* chosen) {
+    Histogram histogram;
+    auto& edges = histogram.edges.emplace_back();
+    for (std::uint32_t i = 0; i < axis.bins; ++i)
+        edges.push_back(axis.low + i * ((axis.high - axis.low) / axis.bins));
+    edges.push_back(axis.high);
+    histogram.counts.assign(axis.bins, 0.0);
+    const auto leaves = step.leaves();
+    const auto scale = step.logDensity();
+    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+        const auto begin = leaves.pointBegin[leaf];
+        const std::uint64_t points = chosen != nullptr ? chosen->count(begin, begin + leaves.pointCount[leaf])
+                                                       : leaves.pointCount[leaf];
+        const double density = scale.ofLeaf(static_cast<double>(leaves.density[leaf]));
+        if (density < axis.low || density > axis.high) {
+            histogram.outside += static_cast<double>(points);
+            continue;
+        }
+        const auto above = std::upper_bound(edges.begin(), edges.end() - 1, density);
+        histogram.counts[static_cast<std::size_t>(above - edges.begin()) - 1] += static_cast<double>(points);
+        histogram.particles += points;
+    }
+    return histogram;
+}
+
 std::uint64_t histogramBytes(const std::vector<HistogramAxis>& axes) {
     const auto bins = binsOf(axes) + 1;
     return (partsOf(bins) + 1) * bins * sizeof(double);

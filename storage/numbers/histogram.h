@@ -37,6 +37,10 @@ Result<Histogram> countHistogram(const std::vector<HistogramAxis>& axes, bool un
                                  const StepNumbers& step, const PointMask* chosen,
                                  const std::function<bool()>& cancelled);
 
+/// Numbers of points by the scaled log density of their leaf, 0 to 1; the axis' column does not count.
+/// `chosen` as above. Throws StorageError.
+Histogram countLeafDensities(const HistogramAxis& axis, const ParticleStep& step, const PointMask* chosen);
+
 /// Bytes that countHistogram takes while it counts.
 std::uint64_t histogramBytes(const std::vector<HistogramAxis>& axes);
 

@@ -3,6 +3,7 @@
 // PointMask: which points of a step are chosen, a bit each, in the order of ParticleStep's points. A value.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +33,17 @@ class PointMask {
     std::uint64_t count() const {
         std::uint64_t sum = 0;
         for (const auto word : words_) sum += static_cast<std::uint64_t>(std::popcount(word));
+        return sum;
+    }
+    /// Of the points [begin, end), end <= size().
+    std::uint64_t count(std::uint64_t begin, std::uint64_t end) const {
+        std::uint64_t sum = 0;
+        while (begin < end) {
+            const auto first = begin % wordBits, bits = std::min(wordBits - first, end - begin);
+            const auto kept = bits < wordBits ? (std::uint64_t{1} << bits) - 1 : ~std::uint64_t{0};
+            sum += static_cast<std::uint64_t>(std::popcount(words_[begin / wordBits] >> first & kept));
+            begin += bits;
+        }
         return sum;
     }
     std::uint64_t bytes() const { return words_.capacity() * sizeof(std::uint64_t); }

@@ -105,7 +105,7 @@ class DeskHand(DeskCase):
         y = again.see("left", within=(PANEL, y - 80, 1100, y + 20))[1]
         again.click(*dots)
         again.press("Remove", within=(PANEL - 200, y, 1280, 720))
-        row = (PANEL, y - 12, 1100, y + 12)
+        row = (PANEL, y - 60, 1100, y + 60)  # the panel may be scrolled less far then
         again.gone("left", within=row)
         again.key("ctrl+z")
         again.see("left", within=row)

@@ -161,7 +161,8 @@ class Layers(DeskCase):
 
     def test_50_a_colour_map_is_chosen_by_its_colours(self):
         viewer = self.beam()
-        viewer.press("inferno", within=(PANEL, 560, 1160, 720))
+        viewer.press("Dataset")  # folded, the rest is to be seen
+        viewer.press("inferno", within=(PANEL, 400, 1160, 690))
         viewer.press("viridis")
         viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
 
@@ -180,7 +181,8 @@ class Layers(DeskCase):
 
     def test_52_a_style_is_saved_and_opened(self):
         viewer = self.beam()
-        viewer.press("inferno", within=(PANEL, 560, 1160, 720))
+        viewer.press("Dataset")  # folded, the rest is to be seen
+        viewer.press("inferno", within=(PANEL, 400, 1160, 690))
         viewer.press("viridis")
         viewer.shows(lambda view: view["layers"][0]["particles"]["volume"]["colorMap"] == "viridis")
         viewer.do("Save style...")

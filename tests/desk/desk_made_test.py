@@ -167,6 +167,58 @@ class DeskMade(DeskCase):
         viewer.press("Open it", within=(PANEL, 610, 1280, 720))
         viewer.until(lambda: viewer.desk() and viewer.desk()["subject"] == "data/beam-x-px-z", "the plot")
 
+    def test_99_a_region_lights_its_densities(self):
+        viewer = self.beam()
+        plot = (PANEL, 552, 1260, 670)
+        lit = lambda: (numpy.abs(viewer.picture()[plot[1]:plot[3], plot[0]:plot[2]].astype(int) - (206, 182, 108)).max(2) < 14)
+        self.assertLess(lit().sum(), 30)
+        viewer.key("t")
+        viewer.see("Densities: drag a rectangle", within=(0, 0, PANEL, 60))
+        view = viewer.view()
+        viewer.drag((420, 250), (560, 330))
+        viewer.see("particles in it", within=(0, 0, PANEL, 60))
+        viewer.until(lambda: lit().sum() > 300, "its densities")
+        middle = lit()
+        viewer.drag((240, 240), (330, 390))  # the thin rim
+        viewer.until(lambda: lit().sum() > 30 and not numpy.array_equal(lit(), middle), "others")
+        columns = lambda seen: numpy.average(numpy.nonzero(seen)[1])
+        viewer.until(lambda: columns(lit()) < columns(middle) - 10, "thinner ones")
+        self.assertEqual(viewer.view(), view)  # the camera stays where it was
+        viewer.key("Escape")
+        viewer.until(lambda: lit().sum() < 30, "their end")
+
+    def test_100_the_axis_of_densities_is_linear(self):
+        viewer = self.beam()
+        viewer.wheel(1100, 600, -6)
+        panel = (PANEL, 0, 1280, 690)
+
+        def share(title):
+            """Of the columns of the plot below its title that are filled, how many stand in its left quarter."""
+            y = viewer.see(title, within=panel)[1]
+            filled = viewer.picture()[y + 60:y + 110, PANEL + 10:1256].astype(int).min(2) > 70
+            return filled[:, :filled.shape[1] // 4].sum() / max(filled.sum(), 1)
+
+        before = share("Volume: opacity over log density")
+        viewer.press("linear axis", within=panel)
+        viewer.until(lambda: share("Volume: opacity over density") > before + 0.1, "thin matter at the left")
+        view = viewer.view()
+        viewer.press("linear axis", within=panel)
+        viewer.until(lambda: abs(share("Volume: opacity over log density") - before) < 0.01, "as before")
+        self.assertEqual(viewer.view(), view)  # it is no edit
+
+    def test_101_a_data_saver_asks_for_less(self):
+        viewer = self.beam()
+        viewer.press("data saver", within=(PANEL, 85, 1280, 115))
+        viewer.see("Data saver: 470 x 344 pixels", within=(300, 650, PANEL, 690))
+        viewer.see("470 x 344", within=(PANEL, 60, 1280, 110))
+        viewer.drag((300, 300), (500, 330), steps=20)
+        viewer.see("470 x 344", within=(PANEL, 60, 1280, 110))
+        again = self.beam(state=viewer.folder)
+        again.see("Data saver: 470 x 344 pixels", within=(300, 650, PANEL, 690))
+        again.do("Data saver on or off")
+        again.gone("Data saver:", within=(300, 650, PANEL, 690))
+        again.see("940 x 688", within=(PANEL, 60, 1280, 110))
+
 
 if __name__ == "__main__":
     unittest.main()

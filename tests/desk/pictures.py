@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the pictures of docs/VIEWER.md, but for the first, by a hand in a real window of a virtual display.
 
-    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear, jobs
+    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear, jobs, densities, saver
 """
 import json
 import math
@@ -23,7 +23,7 @@ from desk_made_test import descendant
 
 PLOTS = {"beam": "x,px,y", "beam-xyz": "x,y,z", "beam-long": "z,pz,x", "beam-y": "y,py,x"}
 LIST = (0, 80, PANEL, 720)
-NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear", "jobs")
+NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear", "jobs", "densities", "saver")
 STEP = 2
 
 
@@ -141,6 +141,20 @@ class Pictures:
         viewer.move(600, 600)
         self.keep(viewer, "jobs")
         os.kill(job, signal.SIGCONT)
+
+    def densities(self):
+        viewer = self.viewer(self.beam())
+        viewer.wheel(1100, 600, -6)
+        viewer.key("t")
+        viewer.drag((560, 300), (640, 360))
+        viewer.see("particles in it", within=(0, 0, PANEL, 60))
+        self.keep(viewer, "densities")
+
+    def saver(self):
+        viewer = self.viewer(self.beam())
+        viewer.press("data saver", within=(PANEL, 85, 1280, 115))
+        viewer.drag((300, 300), (420, 330), steps=20)
+        self.keep(viewer, "saver")
 
     def clear(self):
         viewer = self.viewer(self.beam())

@@ -19,6 +19,25 @@ std::filesystem::path expandHome(const std::string& typed) {
     return std::filesystem::path(home) / typed.substr(2);
 }
 
+namespace {
+
+/// As a shell reads it, which ends at a quote.
+std::string shellWord(std::string_view word) {
+    std::string text = "'";
+    for (const char letter : word) text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+    return text + "'";
+}
+
+}  // namespace
+
+std::string commandOf(const std::filesystem::path& view, const std::filesystem::path& connection,
+                      const std::vector<std::string>& spawn) {
+    auto command = fmt::format("mote-frames {}", shellWord(view.string()));
+    if (spawn.empty()) command += " --connect " + shellWord(connection.string());
+    for (const auto& root : spawn) command += " --spawn " + shellWord(root);
+    return command + " --out .";
+}
+
 std::string keptWish(const char* name) {
     std::ifstream in(sessionFolder() / name);
     std::string line;

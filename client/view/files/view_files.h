@@ -9,11 +9,17 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace mote::client {
 
 /// "~/film.json" as the shell has it.
 std::filesystem::path expandHome(const std::string& typed);
+
+/// A line for a shell that makes the picture of a saved view, with a running server or, if there are roots
+/// ("NAME=DIR"), one of its own.
+std::string commandOf(const std::filesystem::path& view, const std::filesystem::path& connection,
+                      const std::vector<std::string>& spawn);
 
 /// A line that the user's wish for all windows is kept in, in the folder of sessions; empty: none yet.
 std::string keptWish(const char* name);

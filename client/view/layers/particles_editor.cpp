@@ -21,6 +21,8 @@ namespace {
 
 using Which = TransferFunctions::Which;
 
+constexpr const char* linearAxis = "linear axis";
+
 /// One of the two curves, for the curve editor.
 class DensityCurve final : public EditedCurve {
   public:
@@ -92,21 +94,58 @@ void drawDensities(ParticlesControls& controls, PanelActions& actions) {
     actions.viewChanged = true;
 }
 
+/// What is said of a place on the axis of both curves.
+std::string densityAt(const Interval& densities, double t) {
+    const double density = densities.low * std::pow(densities.high / densities.low, t);
+    return fmt::format("log density {:.4g}, density {:.3g}", t, density);
+}
+
+/// The axis of densities, which both curves have, and what lies along it.
+CurveEditorLook densityLook(const ParticlesControls& controls, const LayerPanel& panel) {
+    CurveEditorLook look{.xName = "log density", .yName = "", .rootAxis = false, .height = 0.0F};
+    look.histogram = shownHistogram(panel);
+    look.lit = panel.server.litDensities;
+    const auto ofPlot = controls.densitiesOfPlot();
+    if (!ofPlot) return look;
+    const auto shown = controls.densities.value_or(*ofPlot);
+    const double span = std::log(shown.high / shown.low);
+    const auto placeOf = [&](double density) { return std::log(density / shown.low) / span; };
+    look.histogramRange = {placeOf(ofPlot->low), placeOf(ofPlot->high)};
+    look.said = [shown](double t) { return densityAt(shown, t); };
+    if (ImGui::GetStateStorage()->GetBool(ImGui::GetID(linearAxis))) look.bend = span;
+    return look;
+}
+
+/// Of the axis, for both curves.
+void drawAxisChoice(const LayerPanel& panel) {
+    bool& linear = *ImGui::GetStateStorage()->GetBoolRef(ImGui::GetID(linearAxis));
+    ImGui::SameLine();
+    ImGui::Checkbox(linearAxis, &linear);
+    helpAtRest("the curves' axis is even in density, not in its logarithm; the picture stays as it is");
+    ImGui::SameLine();
+    if (ImGui::Button("Light a region")) panel.actions.command = "Densities of a region";
+    helpAtRest("drag a rectangle over the picture: the densities in it are lit behind the curves (T)");
+}
+
 void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
     if (!section("Transfer functions")) return;
     drawPresets(controls, panel.actions);
-    CurveEditorLook look{
-        .xName = "log density", .yName = "opacity", .rootAxis = true, .height = 120.0F * panel.scale};
-    look.histogram = shownHistogram(panel);
+    auto look = densityLook(controls, panel);
+    look.yName = "opacity";
+    look.rootAxis = true;
+    look.height = 120.0F * panel.scale;
     look.color = [drawn = controls.drawn()](double t) { return drawn.color(t); };
-    text("Volume: opacity over log density");
+    const char* axis = look.bend > 0.0 ? "density" : "log density";
+    text(fmt::format("Volume: opacity over {}", axis));
     DensityCurve volume(controls.functions, Which::volume);
     noteCurve(panel.actions, curveEditor("volume", volume, look));
     colorMapList(panel.actions, "colours", controls.colorMap);
     volumeHelp(proto::VolumeStyle::kColorMapFieldNumber);
-    text("Points: fraction over log density");
-    look = {.xName = "log density", .yName = "fraction", .rootAxis = false, .height = 90.0F * panel.scale};
-    look.histogram = shownHistogram(panel);
+    text(fmt::format("Points: fraction over {}", axis));
+    look.yName = "fraction";
+    look.rootAxis = false;
+    look.height = 90.0F * panel.scale;
+    look.color = {};
     DensityCurve points(controls.functions, Which::points);
     noteCurve(panel.actions, curveEditor("points", points, look));
     bool linked = controls.functions.linked();
@@ -115,6 +154,7 @@ void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
         panel.actions.viewChanged = true;
     }
     pointsHelp(proto::PointsStyle::kLinkedFieldNumber);
+    drawAxisChoice(panel);
     drawDensities(controls, panel.actions);
 }
 

@@ -265,4 +265,37 @@ void PictureTool::extend(const Mouse& mouse) {
     if (std::hypot(way.x, way.y) >= apart && line_.size() < mostCorners) line_.push_back(mouse.at);
 }
 
+proto::Query endsOf(const std::string& dataset, const proto::ParticlesManifest& plot, std::uint32_t step,
+                    const proto::Selection& selection) {
+    proto::Query query;
+    query.set_dataset(dataset);
+    query.set_steps(fmt::format("{0}:{0}:1", step));
+    *query.mutable_select() = selection;
+    for (int i = 0; i < axesOfPlot; ++i) {
+        for (const char* end : {"min_", "max_"})
+            query.mutable_statistics()->add_names(end + axisOf(plot, i, step).name());
+    }
+    return query;
+}
+
+std::optional<Bounds> boxOf(const StepStatistics& ends, const proto::ParticlesManifest& plot) {
+    constexpr double least = 0.01;
+    Bounds box;
+    if (ends.values.size() != 2 * axesOfPlot) return std::nullopt;
+    for (int i = 0; i < axesOfPlot; ++i) {
+        const auto& axis = axisOf(plot, i, ends.step);
+        const auto placeOf = [&](double value) {
+            return 2.0 * (value - axis.min()) / (axis.max() - axis.min()) - 1.0;
+        };
+        const auto first = static_cast<std::size_t>(2 * i);
+        const double low = placeOf(ends.values[first]), high = placeOf(ends.values[first + 1]);
+        if (!std::isfinite(low) || !std::isfinite(high)) return std::nullopt;
+        const double room = std::max(0.5 * (least - (high - low)), 0.0);
+        box.min[i] = std::max(low - room, plotBounds.min[i]);
+        box.max[i] = std::min(high + room, plotBounds.max[i]);
+        if (!(box.min[i] < box.max[i])) return std::nullopt;
+    }
+    return box;
+}
+
 }  // namespace mote::client

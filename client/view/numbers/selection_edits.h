@@ -13,7 +13,9 @@
 #include <string_view>
 #include <vector>
 
+#include "client/shared/numbers.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/selection.h"
 
@@ -36,6 +38,12 @@ proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer
 /// and the lasso is not of the particles of this step (`madeHere`): then it stays where it is on the screen.
 void sayPlot(const proto::ParticlesManifest& plot, std::uint32_t step, bool madeHere,
              proto::Selection::Lasso& lasso);
+/// Asks for the least and the greatest value of a selection along each axis of its plot, at a step.
+proto::Query endsOf(const std::string& dataset, const proto::ParticlesManifest& plot, std::uint32_t step,
+                    const proto::Selection& selection);
+/// The box of them in layer space, in which a plot is a cube; a single place is given some room. Nothing
+/// where they are none, or not in the plot.
+std::optional<Bounds> boxOf(const StepStatistics& ends, const proto::ParticlesManifest& plot);
 /// What lies in a polygon in the plane of two columns.
 proto::Selection polygonIn(const std::string& first, const std::string& second,
                            std::span<const glm::dvec2> points);

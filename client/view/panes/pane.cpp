@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "client/view/panel_widgets.h"
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/fields/facts.h"
@@ -55,6 +56,26 @@ void Pane::drawPicture(const PictureArea& area) const {
     texture_->drawnInto(area.columns, area.rows);
     ImGui::GetBackgroundDrawList()->AddImage(texture_->handle(), {area.left, area.top},
                                              {area.left + area.width, area.top + area.height});
+}
+
+PictureArea DataSaver::asked(PictureArea area) const {
+    const auto fewer = [&](std::uint32_t side) {
+        return std::max(static_cast<std::uint32_t>(std::lround(shareOfSide * side)), std::min(side, 1U));
+    };
+    if (!on) return area;
+    area.columns = fewer(area.columns);
+    area.rows = fewer(area.rows);
+    return area;
+}
+
+void DataSaver::scale(proto::View& view) const {
+    if (on) view.set_scale(shareOfSide * (view.has_scale() ? view.scale() : 1.0));
+}
+
+std::string DataSaver::said(const PictureArea& area, std::uint64_t bytes) const {
+    const auto small = asked(area);
+    return fmt::format("Data saver: {} x {} pixels, {:.0f} pictures a second in motion; {} so far",
+                       small.columns, small.rows, 1.0 / pause, metric(static_cast<double>(bytes), "B"));
 }
 
 void Pane::copy(const Pane& other) {

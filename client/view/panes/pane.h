@@ -118,6 +118,28 @@ class Panes {
     LinkedViews linked_, linkedTime_;  // the other one: of a pane that is played and not active
 };
 
+/// What bounds the stream on a line that is paid for: pictures of half the size each way, at rest too, and no
+/// more than a few a second while a hand moves them.
+class DataSaver {
+  public:
+    static constexpr double shareOfSide = 0.5, pause = 0.25;  // seconds between two views that are asked for
+
+    bool on = false;
+
+    /// What a pane's pictures are asked for at.
+    PictureArea asked(PictureArea area) const;
+    /// Lengths that a view says in pixels stay as large as they are seen.
+    void scale(proto::View& view) const;
+    /// Whether it is too soon for another picture of a view in motion; all panes are asked for at one time.
+    bool waits(double now, bool moving) const { return on && moving && now != last_ && now < last_ + pause; }
+    void note(double now) { last_ = now; }
+    /// What it does, and `bytes` that have come so far.
+    std::string said(const PictureArea& area, std::uint64_t bytes) const;
+
+  private:
+    double last_ = -1.0;  // seconds, when a picture was asked for
+};
+
 /// Letters that grow with the picture stay large enough in a small one to be read on the screen.
 void keepLettersReadable(proto::View& view, const PictureArea& area);
 /// Where a pane lies of so many in the picture, a thin line apart; 2 side by side, 4 as 2 x 2.

@@ -119,6 +119,41 @@ TEST_F(QueryServiceTest, SaysWhatIsWrong) {
     }
 }
 
+TEST_F(QueryServiceTest, CountsByTheDensityOfLeaves) {
+    const auto service = serve(64 << 20);
+    const auto countsOf = [&](const std::string& select) {
+        service->ask(
+            queryOf(R"({"dataset": "data/run", "steps": "0", "histogram": {"unweighted": true, "axes": )"
+                    R"([{"column": "leaf_density", "bins": 16}]}, "select": )" +
+                    select + "}"),
+            taker_.answered());
+        auto answer = taker_.next();
+        std::vector<double> counts(16);
+        if (!answer || !answer->ok()) {
+            ADD_FAILURE() << select << (answer ? answer->error().toString() : "");
+            return counts;
+        }
+        EXPECT_EQ((*answer)->message.histogram().axes(0).values(16), 1.0);
+        std::memcpy(counts.data(), (*answer)->payload.data(), sizeof(double) * counts.size());
+        return counts;
+    };
+    const auto& points = *run_->at(0).points;
+    const auto leaves = points.leaves();
+    std::vector<double> all(16);
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        const double t = points.logDensity().ofLeaf(static_cast<double>(leaves.density[i]));
+        all[std::min<std::size_t>(static_cast<std::size_t>(16.0 * t), 15)] += leaves.pointCount[i];
+    }
+    EXPECT_EQ(countsOf("{}"), all);
+    // Selections by density are the same bins; what is left out of one is in the other.
+    auto upper = all;
+    std::fill(upper.begin(), upper.begin() + 8, 0.0);
+    EXPECT_EQ(countsOf(R"({"density": {"min": 0.5, "max": 1}})"), upper);
+    const auto left = countsOf(R"({"ranges": [{"column": "x", "max": 0}]})"),
+               right = countsOf(R"({"not": {"ranges": [{"column": "x", "max": 0}]}})");
+    for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(left[i] + right[i], all[i]);
+}
+
 /// A column x of floats about 0: half of the points lie within 1e-6 of 1, the others of -1.
 std::shared_ptr<const MemoryRun> twoBunches(std::uint64_t points) {
     Random random(5, 93);
