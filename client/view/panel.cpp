@@ -397,7 +397,7 @@ void drawJob(const proto::JobStatus& job, PanelActions& actions) {
     if (ended && !job.request().output().empty()) {
         if (ImGui::SmallButton("Open it")) actions.openDataset = datasetName(job.request());
     } else if (ended && ImGui::SmallButton("Again")) {
-        actions.repeatJob = job.id();
+        actions.retryJob = job.id();
     }
     if (mayBeTriedAgain(job) && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
     if (!job.error().empty()) dim(job.error());

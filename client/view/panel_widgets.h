@@ -33,7 +33,6 @@ struct PanelActions {
     std::optional<AxisNames> plot;         ///< other axes of the shown run
     std::optional<std::string> cancelJob;  ///< an id
     std::optional<std::string> retryJob;   ///< an id
-    std::optional<std::string> repeatJob;  ///< an id of one that has ended well
     std::optional<std::string> openDataset;
     bool moreJobs = false;                ///< the next page of them
     std::string refused;                  ///< why what was typed is not taken

@@ -343,15 +343,6 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
     awaitedDataset_.clear();
 }
 
-void Viewer::repeatJob(const std::string& id) {
-    const auto job = std::ranges::find(server_.jobs, id, [](const auto& each) { return each.id(); });
-    if (job == server_.jobs.end()) return;
-    const auto take = [this](Result<proto::JobStatus> reply) {
-        reply.ok() ? replaceJob(*reply) : say(reply.error().toString());
-    };
-    connection_.submitJob(job->request(), take, {.again = true, .timeLimit = job->time_limit_s()});
-}
-
 void Viewer::say(const std::string& message) {
     if (message.empty()) return;
     said_ = message;

@@ -83,7 +83,6 @@ class Viewer {
     void askServer();
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
-    void repeatJob(const std::string& id);
     void takeCatalogue(const proto::Catalogue& catalogue);
     void learnLetters(const google::protobuf::Message& of);
     void learnDatasets();

@@ -314,7 +314,6 @@ void Viewer::apply(const PanelActions& actions) {
             reply.ok() ? replaceJob(*reply) : say(reply.error().toString());
         });
     }
-    if (actions.repeatJob) repeatJob(*actions.repeatJob);
     if (actions.openDataset) openDataset(*actions.openDataset);
     if (actions.moreJobs) addOlderJobs();
 }

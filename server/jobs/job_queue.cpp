@@ -268,11 +268,12 @@ Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string&
     const auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const auto state = record->status.state();
-    const bool thrownAway = state == State::SUCCEEDED && keepsFiles(*record) && !hasFiles(*record);
-    if (state != State::FAILED && state != State::CANCELLED && !thrownAway) {
-        return Error{ErrorCode::invalidArgument, "id",
-                     fmt::format("job {} {}: only what failed or was cancelled is tried again", id,
-                                 state == State::SUCCEEDED ? "succeeded" : "has not ended")};
+    const bool nothingInItsWay = state == State::SUCCEEDED && keepsFiles(*record);
+    if (state != State::FAILED && state != State::CANCELLED && !nothingInItsWay) {
+        return Error{
+            ErrorCode::invalidArgument, "id",
+            fmt::format("job {} {}: only what failed or was cancelled is tried again, and films and exports",
+                        id, state == State::SUCCEEDED ? "succeeded" : "has not ended")};
     }
     auto request = record->status.request();
     // Its status holds no script and no large selection.
@@ -291,7 +292,8 @@ Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string&
                         "it anew",
                         id)};
     }
-    return submit(request, {false, record->status.time_limit_s(), client});
+    const bool isThere = nothingInItsWay && hasFiles(*record);
+    return submit(request, {isThere, record->status.time_limit_s(), client});
 }
 
 Status JobQueue::cancel(std::string_view id) {

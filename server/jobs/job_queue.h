@@ -71,8 +71,8 @@ class JobQueue {
     /// export's, `named` says how large a selection is that it has no place for.
     Result<proto::JobStatus> submit(const proto::JobRequest& request, const JobWish& wish = {});
 
-    /// Submits what failed or was cancelled anew, as another job. Errors: notFound, invalidArgument (it has
-    /// not ended, or succeeded), as submit.
+    /// Submits what failed or was cancelled, or a film or an export, anew, as another job. Errors: notFound,
+    /// invalidArgument (it has not ended, or made a dataset), as submit.
     Result<proto::JobStatus> retry(std::string_view id, const std::string& client = {});
 
     /// A waiting job is cancelled at once, a running one told to end (SIGTERM, 5 s later SIGKILL): its last

@@ -143,7 +143,7 @@ class DeskMade(DeskCase):
     def test_98_jobs_stand_in_a_drawer_that_is_never_scrolled_away(self):
         viewer = self.beam()
         panel, drawer = (PANEL, 0, 1280, 720), (PANEL, 680, 1280, 720)
-        viewer.see("Jobs: none", within=drawer)
+        viewer.see("Jobs:", within=drawer)
         y = viewer.see("Plot", within=(1190, 180, 1280, 400))[1]
         viewer.click(1186, y)
         viewer.press("z", within=(1120, y, 1200, 700), least=0.95)
@@ -164,8 +164,19 @@ class DeskMade(DeskCase):
         viewer.see("data/beam-x-px-z was cancelled.", within=(0, 500, PANEL, 720))
         viewer.press("Try again", within=panel)
         viewer.see("data/beam-x-px-z: succeeded", within=panel)
-        viewer.press("Open it", within=(PANEL, 610, 1280, 720))
+        viewer.press("Open it", within=(PANEL, 400, 1280, 720))
         viewer.until(lambda: viewer.desk() and viewer.desk()["subject"] == "data/beam-x-px-z", "the plot")
+
+    def test_102_a_film_is_made_again(self):
+        script = self.saved("film.json", {
+            "fps": 10, "view": {"width": 64, "height": 48, "layers": [{"dataset": "data/beam", "particles": {}}]},
+            "moves": [{"seconds": 0.3, "turn": {"degrees": 90}}]})
+        subprocess.run([hand.BIN / "mote-frames", script, "--connect", self.server.connection, "--detach"], check=True,
+                       stdout=subprocess.DEVNULL)
+        viewer = self.beam()
+        viewer.press("3 frames succeeded", within=(PANEL, 680, 1280, 720))
+        viewer.press("Again", within=(PANEL, 610, 1280, 720))
+        viewer.see("pictures of data/beam, 3 frames: succeeded", within=(PANEL, 400, 1280, 720), nth=1)
 
     def test_99_a_region_lights_its_densities(self):
         viewer = self.beam()

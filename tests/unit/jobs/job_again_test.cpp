@@ -128,6 +128,18 @@ TEST_F(JobAgainTest, AFilmThatIsThereIsNotMadeTwice) {
     EXPECT_NE(idOf(queue_->submit(filmRequest("file:frame-000000.png phase:x"))), id);
 }
 
+TEST_F(JobAgainTest, AFilmThatIsThereIsMadeAgainOnRequest) {
+    startServer();
+    const auto film = idOf(queue_->submit(filmRequest("file:frame-000000.png")));
+    waitForState(film, State::SUCCEEDED);
+    const auto second = idOf(queue_->retry(film));
+    EXPECT_NE(second, film);
+    waitForState(second, State::SUCCEEDED);
+    const auto dataset = submit("publish:");
+    waitForState(dataset, State::SUCCEEDED);
+    EXPECT_EQ(queue_->retry(dataset).error().code, ErrorCode::invalidArgument) << "its output is in the way";
+}
+
 TEST_F(JobAgainTest, WhatFailedIsTriedAgain) {
     startServer();
     makeFifo("go");
