@@ -6,7 +6,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/common.hpp>
@@ -51,7 +50,7 @@ struct CellGrid {
         const unsigned down = other.level > level ? other.level - level : 0;
         const unsigned up = level > other.level ? level - other.level : 0;
         const glm::uvec3 from = (other.place >> glm::uvec3(down)) << glm::uvec3(up);
-        const double part = std::ldexp(1.0, -3 * static_cast<int>(down));
+        const double part = cellShare(down);
         forBox(glm::max(from, low), glm::min(from + (1U << up), high),
                [&](const glm::uvec3& cell) { visit(index(cell), part); });
     }

@@ -132,8 +132,7 @@ class LeafWeights {
         : leaves_(step.leaves()), nodes_(step.nodes()), mean_(mean) {}
 
     double operator()(std::size_t leaf) const {
-        const double weight = std::ldexp(static_cast<double>(leaves_.density[leaf]),
-                                         -3 * static_cast<int>(nodes_.level[leaves_.node[leaf]]));
+        const double weight = leaves_.density[leaf] * cellShare(nodes_.level[leaves_.node[leaf]]);
         return weight / (std::max<double>(leaves_.pointCount[leaf], 1.0) * mean_);
     }
 

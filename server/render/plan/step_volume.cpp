@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/step_volume.h"
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -13,6 +15,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/plan/cell_grid.h"
+#include "server/render/plan/leaves_by_cell.h"
 #include "server/render/plan/thick_matter.h"
 #include "storage/storage_error.h"
 
@@ -127,12 +130,19 @@ class Summation {
     Summation(const storage::ParticleStep& step, const TransferFunction& transfer, const Curve& fraction,
               const PointValues* values)
         : step_(step),
-          nodes_(step.nodes()),
           leaves_(step.leaves()),
-          transfer_(transfer),
+          byCell_(step),
           fraction_(fraction),
-          values_(values) {
+          values_(values),
+          matter_(leaves_.size()) {
         MOTE_CHECK(values == nullptr || (values->byLeaf && values->codes.size() == leaves_.size()));
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves_.size()), [&](const auto& block) {
+            LeafMatter matter(transfer, step.logDensity());
+            for (std::size_t leaf = block.begin(); leaf < block.end(); ++leaf) {
+                if (leaves_.density[leaf] > 0.0F && matter.look(leaves_.density[leaf]))
+                    matter_[leaf] = {static_cast<float>(matter.extinction()), static_cast<float>(matter.t())};
+            }
+        });
     }
 
     StepVolume make() {
@@ -142,11 +152,11 @@ class Summation {
         extinction_.assign(count, 0.0);
         colored_.assign(count, 0.0);
         moment_.assign(count, 0.0);
-        forSeen([&](std::size_t leaf, const LeafMatter& matter) {
+        forSeen([&](std::size_t leaf, const CellAt& at) {
             const bool colored = hasColor(leaf);
-            const double place = colored ? colorOf(leaf, matter) : 0.0;
-            forCells(leaf, [&](std::size_t cell, double part) {
-                const double extinction = part * matter.extinction();
+            const double place = colored ? colorOf(leaf) : 0.0;
+            grid_.forCells(at, [&](std::size_t cell, double part) {
+                const double extinction = part * matter_[leaf].extinction;
                 extinction_[cell] += extinction;
                 if (!colored) return;
                 colored_[cell] += extinction;
@@ -157,36 +167,54 @@ class Summation {
     }
 
   private:
+    /// What a leaf shows; nothing where its extinction is 0.
+    struct Shown {
+        float extinction = 0.0F, t = 0.0F;
+    };
+
+    bool seen(std::size_t leaf) const { return matter_[leaf].extinction > 0.0F; }
+
+    /// On all threads; leaves of one of the grid's cells one after the other.
     template <class Visit>
     void forSeen(const Visit& visit) const {
-        LeafMatter matter(transfer_, step_.logDensity());
-        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
-            if (leaves_.density[leaf] > 0.0F && matter.look(leaves_.density[leaf])) visit(leaf, matter);
-        }
+        byCell_.forEach(grid_.level, [&](std::size_t leaf, const CellAt& at) {
+            if (seen(leaf)) visit(leaf, at);
+        });
     }
 
     /// Whether a leaf may lie in the volume: one without a value has no colour there.
     bool hasColor(std::size_t leaf) const { return values_ == nullptr || values_->codes[leaf] != noValue; }
 
-    double colorOf(std::size_t leaf, const LeafMatter& matter) const {
-        return values_ == nullptr ? matter.t() : static_cast<double>(values_->codes[leaf]) / greatestValue;
+    double colorOf(std::size_t leaf) const {
+        return values_ == nullptr ? matter_[leaf].t
+                                  : static_cast<double>(values_->codes[leaf]) / greatestValue;
     }
 
-    /// Around all leaves that are seen, in cells of the deepest level.
+    /// Around leaves, in cells of the deepest level.
+    struct Box {
+        glm::uvec3 low{~0U}, high{0};
+        unsigned finest = 0;  ///< level
+
+        void add(const CellAt& at) {
+            const glm::uvec3 shift(deepestLevel - at.level);
+            *this = with({at.place << shift, (at.place + 1U) << shift, at.level});
+        }
+        Box with(const Box& other) const {
+            return {glm::min(low, other.low), glm::max(high, other.high), std::max(finest, other.finest)};
+        }
+    };
+
+    /// Around all leaves that are seen; false if none is.
     bool findBox() {
-        glm::uvec3 low(~0U), high(0);
-        forSeen([&](std::size_t leaf, const LeafMatter&) {
-            const auto node = leaves_.node[leaf];
-            const unsigned level = std::min<unsigned>(nodes_.level[node], deepestLevel);
-            const unsigned shift = deepestLevel - level;
-            const glm::uvec3 place = cellPlace(nodes_.morton[node]);
-            low = glm::min(low, place << glm::uvec3(shift));
-            high = glm::max(high, (place + 1U) << glm::uvec3(shift));
-            finest_ = std::max(finest_, level);
+        tbb::combinable<Box> boxes;
+        byCell_.forEach(deepestLevel, [&](std::size_t leaf, const CellAt& at) {
+            if (seen(leaf)) boxes.local().add(at);
         });
-        low_ = low;
-        high_ = high;
-        return high.x > 0;
+        const Box box = boxes.combine([](const Box& one, const Box& other) { return one.with(other); });
+        low_ = box.low;
+        high_ = box.high;
+        finest_ = box.finest;
+        return high_.x > 0;
     }
 
     /// The finest of which there are no more than the step's volume has, and none finer than the leaves.
@@ -197,12 +225,6 @@ class Summation {
         do {
             grid_ = CellGrid::around(low_, high_, level);
         } while (grid_.count() > most && level-- > 0);
-    }
-
-    template <class Visit>
-    void forCells(std::size_t leaf, const Visit& visit) const {
-        const auto node = leaves_.node[leaf];
-        grid_.forCells({nodes_.level[node], nodes_.morton[node]}, visit);
     }
 
     StepVolume finish() {
@@ -234,9 +256,8 @@ class Summation {
     /// One without a colour has none.
     void shareLeaves(StepVolume& volume) {
         volume.share = thickMatter(step_, shownLeaves(), grid_, low_, high_);
-        forSeen([&](std::size_t leaf, const LeafMatter&) {
-            if (!hasColor(leaf)) volume.share[leaf] = 0;
-        });
+        for (std::size_t leaf = 0; values_ != nullptr && leaf < leaves_.size(); ++leaf)
+            if (seen(leaf) && !hasColor(leaf)) volume.share[leaf] = 0;
         if (std::all_of(volume.share.begin(), volume.share.end(), [](auto share) { return share == 255; }))
             volume.share = {};
     }
@@ -244,10 +265,11 @@ class Summation {
     ShownLeaves shownLeaves() const {
         ShownLeaves shown{std::vector<std::uint8_t>(leaves_.size(), 0),
                           std::numeric_limits<float>::infinity(), std::vector<float>(leaves_.size(), 0.0F)};
-        forSeen([&](std::size_t leaf, const LeafMatter&) {
-            shown.seen[leaf] = 1;
-            shown.thinnest = std::min(shown.thinnest, leaves_.density[leaf]);
-        });
+        // Leaves ascend in density.
+        for (std::size_t leaf = leaves_.size(); leaf-- > 0;) {
+            shown.seen[leaf] = seen(leaf) ? 1 : 0;
+            if (seen(leaf)) shown.thinnest = leaves_.density[leaf];
+        }
         const LogDensity scale = step_.logDensity();
         tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t leaf) {
             const float density = leaves_.density[leaf];
@@ -259,18 +281,19 @@ class Summation {
 
     void takeShares(const StepVolume& volume) {
         std::fill(extinction_.begin(), extinction_.end(), 0.0);
-        forSeen([&](std::size_t leaf, const LeafMatter& matter) {
-            const double extinction = volume.shareOf(leaf) * matter.extinction();
-            forCells(leaf, [&](std::size_t cell, double part) { extinction_[cell] += part * extinction; });
+        forSeen([&](std::size_t leaf, const CellAt& at) {
+            const double extinction = volume.shareOf(leaf) * matter_[leaf].extinction;
+            grid_.forCells(at,
+                           [&](std::size_t cell, double part) { extinction_[cell] += part * extinction; });
         });
     }
 
     const storage::ParticleStep& step_;
-    const storage::OctreeNodes nodes_;
     const storage::Leaves leaves_;
-    const TransferFunction& transfer_;
+    const LeavesByCell byCell_;
     const Curve& fraction_;
     const PointValues* const values_;
+    std::vector<Shown> matter_;    // by leaf
     glm::uvec3 low_{0}, high_{0};  // around all leaves that are seen, in cells of the deepest level
     CellGrid grid_;
     unsigned finest_ = 0;

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/thick_matter.h"
 
+#include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <span>
+
+#include "server/render/plan/leaves_by_cell.h"
 
 namespace mote::render {
 namespace {
@@ -73,11 +77,11 @@ struct Look {
 /// The leaves of a step as matter in the cells of one level.
 class Matter {
   public:
-    Matter(const storage::ParticleStep& step, const ShownLeaves& shown, const CellGrid& grid,
-           const Look& look)
+    Matter(const storage::Leaves& leaves, const LeavesByCell& byCell, const ShownLeaves& shown,
+           const CellGrid& grid, const Look& look)
         : look_(look),
-          nodes_(step.nodes()),
-          leaves_(step.leaves()),
+          leaves_(leaves),
+          byCell_(byCell),
           seen_(shown.seen),
           grid_(grid),
           sums_(grid.count()),
@@ -85,8 +89,9 @@ class Matter {
           beside_(grid.count()),
           middles_(grid.count()),
           shown_(grid.count()) {
-        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf)
-            add(leaf, leaves_.density[leaf] >= shown.thinnest, static_cast<double>(shown.points[leaf]));
+        byCell_.forEach(grid.level, [&](std::size_t leaf, const CellAt& at) {
+            add(leaf, at, leaves_.density[leaf] >= shown.thinnest, static_cast<double>(shown.points[leaf]));
+        });
         for (std::size_t i = 0; i < sums_.size(); ++i)
             if (sums_[i] > 0.0) middles_[i] /= sums_[i];
     }
@@ -94,21 +99,14 @@ class Matter {
     /// Gives the leaves whose cells these are their shares: those of levels from `first` to `last`.
     void shareOut(unsigned first, unsigned last, std::vector<std::uint8_t>& shares) const {
         const auto cells = sharesOfCells();
-        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
-            const CellAt at = cellOf(leaf);
-            if (seen_[leaf] == 0 || at.level < first || at.level > last) continue;
+        byCell_.forEach(grid_.level, first, last, [&](std::size_t leaf, const CellAt& at) {
+            if (seen_[leaf] == 0) return;
             grid_.forCells(at, [&](std::size_t cell, double) { shares[leaf] = cells[cell]; });
-        }
+        });
     }
 
   private:
-    CellAt cellOf(std::size_t leaf) const {
-        const auto node = leaves_.node[leaf];
-        return {nodes_.level[node], nodes_.morton[node]};
-    }
-
-    void add(std::size_t leaf, bool dense, double points) {
-        const CellAt at = cellOf(leaf);
+    void add(std::size_t leaf, const CellAt& at, bool dense, double points) {
         const double density = leaves_.density[leaf];
         const double counted = std::min(density, look_.densest);
         const glm::dvec3 place = grid_.placeInCell(at);
@@ -163,8 +161,8 @@ class Matter {
     }
 
     const Look look_;
-    const storage::OctreeNodes nodes_;
     const storage::Leaves leaves_;
+    const LeavesByCell& byCell_;
     const std::vector<std::uint8_t>& seen_;
     const CellGrid grid_;
     // By cell: the weight of all leaves, over the cell's share of the plot, of those that are as dense as any
@@ -181,18 +179,28 @@ constexpr std::uint32_t mostPoints = 64, fewPoints = 4;
 // even.
 constexpr double lumpiest = 0.5, evenest = 0.75;
 
+/// How many of the 64 parts of a cell hold any of so many points, at most `mostPoints`, that lie anywhere.
+double expectedParts(std::size_t points) {
+    static const auto expected = [] {
+        constexpr double parts = 64.0;
+        std::array<double, mostPoints + 1> all{};
+        for (std::size_t n = 0; n < all.size(); ++n)
+            all[n] = parts * (1.0 - std::pow((parts - 1.0) / parts, static_cast<double>(n)));
+        return all;
+    }();
+    return expected[points];
+}
+
 /// How evenly points lie in the cell of their leaf, 0 to 1: how many of its 4 x 4 x 4 parts hold any, of as
 /// many as are expected to if they lie anywhere.
 double evenness(std::span<const storage::PackedPosition> points) {
     if (points.size() < fewPoints) return 1.0;
-    constexpr double parts = 64.0;
     std::uint64_t held = 0;
     for (const auto& p : points)
         held |= std::uint64_t{1} << (unsigned{p.x} >> 14U | unsigned{p.y} >> 14U << 2U |
                                      unsigned{p.z} >> 14U << 4U);
-    const double expected =
-        parts * (1.0 - std::pow((parts - 1.0) / parts, static_cast<double>(points.size())));
-    return std::clamp((std::popcount(held) / expected - lumpiest) / (evenest - lumpiest), 0.0, 1.0);
+    return std::clamp((std::popcount(held) / expectedParts(points.size()) - lumpiest) / (evenest - lumpiest),
+                      0.0, 1.0);
 }
 
 /// How much the cell of a leaf is filled to all sides by its points, 0 to 1.
@@ -219,27 +227,41 @@ void keepLumpsAndEdges(const storage::ParticleStep& step, const std::vector<std:
     });
 }
 
+using DensityByLevel = std::array<float, deepestLevel + 1>;
+
+/// The densest leaf of each level that is seen; 0: none.
+DensityByLevel densestSeen(const storage::Leaves& leaves, const LeavesByCell& byCell,
+                           const std::vector<std::uint8_t>& seen) {
+    tbb::combinable<DensityByLevel> found([] { return DensityByLevel{}; });
+    byCell.forEach(deepestLevel, [&](std::size_t leaf, const CellAt& at) {
+        if (seen[leaf] == 0) return;
+        float& most = found.local()[at.level];
+        most = std::max(most, leaves.density[leaf]);
+    });
+    return found.combine([](DensityByLevel one, const DensityByLevel& other) {
+        for (std::size_t level = 0; level < one.size(); ++level)
+            one[level] = std::max(one[level], other[level]);
+        return one;
+    });
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step, const ShownLeaves& shown,
                                       const CellGrid& grid, const glm::uvec3& low, const glm::uvec3& high) {
     const auto& seen = shown.seen;
     std::vector<std::uint8_t> shares(seen.size(), 255);
-    const auto nodes = step.nodes();
     const auto leaves = step.leaves();
-    unsigned coarsest = grid.level + 1;
-    Look around{.thinnest = thinnestAround, .densest = 0.0};
-    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
-        const unsigned level = nodes.level[leaves.node[leaf]];
-        if (seen[leaf] != 0) coarsest = std::min(coarsest, level);
-        if (seen[leaf] != 0 && level == grid.level)
-            around.densest = std::max<double>(around.densest, leaves.density[leaf]);
-    }
-    Matter(step, shown, grid, {.edges = true}).shareOut(grid.level + 1, deepestLevel, shares);
+    const LeavesByCell byCell(step);
+    const auto densest = densestSeen(leaves, byCell, seen);
+    unsigned coarsest = 0;
+    while (coarsest <= grid.level && !(densest[coarsest] > 0.0F)) ++coarsest;
+    const Look around{.thinnest = thinnestAround, .densest = densest[grid.level]};
+    Matter(leaves, byCell, shown, grid, {.edges = true}).shareOut(grid.level + 1, deepestLevel, shares);
     // In cells of its own size a leaf is as thick as a cell, wherever its points lie: it is looked at in
     // larger ones.
     for (unsigned level = coarsest; level <= grid.level; ++level)
-        Matter(step, shown, CellGrid::around(low, high, level - std::min(level, 1U)),
+        Matter(leaves, byCell, shown, CellGrid::around(low, high, level - std::min(level, 1U)),
                level == grid.level && level >= fewestLevels ? around : Look())
             .shareOut(level, level, shares);
     keepLumpsAndEdges(step, seen, grid.level, shares);

@@ -2,15 +2,19 @@
 #include "server/render/plan/step_volume.h"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <random>
+#include <utility>
 
 #include "protocol/scene/particles_style.h"
 #include "server/render/plan/cell_grid.h"
+#include "server/render/plan/leaves_by_cell.h"
 #include "server/render/plan/point_selection.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
@@ -301,6 +305,49 @@ TEST(StepVolume, WithoutTheOctreeItIsThatOfTheStepsOwnCells) {
     EXPECT_EQ(rough.size, glm::uvec3(16));
     for (std::size_t i = 0; i < rough.root.size(); ++i)
         EXPECT_EQ(rough.root[i] > 0.0F, step->volume()[i] > 0.0F);
+}
+
+TEST(LeavesByCell, VisitsEachLeafOnceAndThoseOfACellOneAfterTheOther) {
+    const auto step = MemoryStep::make(ball(60000, 2), {.leafCapacity = 4, .volumeLevel = 5});
+    const LeavesByCell byCell(*step);
+    for (const unsigned cells : {0U, 2U, 4U}) {
+        std::vector<int> visits(step->leaves().size(), 0);
+        // By cell and leaf level: the last place, and whether someone is in the cell.
+        std::vector<std::atomic<bool>> busy(std::size_t{1} << (3 * cells));
+        std::vector<std::uint64_t> last(busy.size() * 22, 0);
+        std::atomic<int> wrong{0};
+        byCell.forEach(cells, [&](std::size_t leaf, const CellAt& at) {
+            ++visits[leaf];
+            const auto node = step->leaves().node[leaf];
+            if (at.level < cells) return;  // has cells of its own
+            const std::uint64_t morton = step->nodes().morton[node];
+            const std::size_t cell = morton >> (3 * (at.level - cells));
+            if (busy[cell].exchange(true)) ++wrong;
+            if (std::exchange(last[cell * 22 + at.level], morton) > morton) ++wrong;
+            busy[cell] = false;
+        });
+        EXPECT_EQ(wrong, 0) << cells;
+        EXPECT_TRUE(std::all_of(visits.begin(), visits.end(), [](int count) { return count == 1; })) << cells;
+    }
+}
+
+TEST(StepVolume, IsTheSameOnAnyNumberOfThreads) {
+    const auto step =
+        MemoryStep::make(test::beam({.core = 150000, .halo = 30000, .filaments = 20000, .seed = 4}),
+                         {.leafCapacity = 8, .volumeLevel = 5});
+    const auto transfer = shown({{0.2, 0.0}, {0.4, 0.1}, {1.0, 0.3}});
+    const auto make = [&](int threads) {
+        oneapi::tbb::task_arena arena(threads);
+        return arena.execute([&] { return stepVolume(*step, transfer, allPoints()); });
+    };
+    const auto one = make(1);
+    EXPECT_FALSE(one.empty());
+    for (const int threads : {2, 3, 5}) {
+        const auto many = make(threads);
+        EXPECT_EQ(many.root, one.root) << threads;
+        EXPECT_EQ(many.t, one.t) << threads;
+        EXPECT_EQ(many.share, one.share) << threads;
+    }
 }
 
 TEST(SelectPoints, WeighsPointsByTheMeanOfTheirLeaf) {
