@@ -17,6 +17,8 @@ namespace {
 
 constexpr double square = 4.0;       // pixels
 constexpr double reach = 1.5;        // pixels between a line and itself
+constexpr double otherKind = 0.3;    // what another kind counts beside the squares of these
+constexpr double shortPart = 0.25;   // pixels of a line of which one place tells enough
 constexpr double leastCosine = 0.8;  // cosine of what it turns by
 
 constexpr std::uint32_t nowhere = UINT32_MAX;
@@ -85,7 +87,7 @@ LineMap::LineMap(const std::vector<InkLine>& drawn, const std::vector<InkLine>& 
             for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
                 const auto &a = line.points[i], &b = line.points[i + 1];
                 parts_.push_back(
-                    {a.at, b.at, static_cast<float>(a.depth), static_cast<float>(b.depth), state});
+                    {a.at, b.at, static_cast<float>(a.depth), static_cast<float>(b.depth), state, line.kind});
             }
         }
     };
@@ -98,7 +100,8 @@ LineMap::LineMap(const std::vector<InkLine>& drawn, const std::vector<InkLine>& 
     eachPart([&](std::size_t at, std::uint32_t i) { inside_[next[at]++] = i; });
 }
 
-LineBefore LineMap::at(const PicturePlace& place, const glm::dvec2& direction, double alike) const {
+LineBefore LineMap::at(const PicturePlace& place, const glm::dvec2& direction, LineKind kind,
+                       double alike) const {
     auto state = LineBefore::unknown;
     double least = 1.0;
     const auto compare = [&](const Part& part) {
@@ -110,7 +113,8 @@ LineBefore LineMap::at(const PicturePlace& place, const glm::dvec2& direction, d
         const double off = glm::distance(place.at, from + share * way) / reach;
         const double depth =
             std::lerp(static_cast<double>(part.depthFrom), static_cast<double>(part.depthTo), share);
-        const double difference = off * off + std::pow((depth - place.depth) / alike, 2.0);
+        const double difference =
+            off * off + std::pow((depth - place.depth) / alike, 2.0) + (kind == part.kind ? 0.0 : otherKind);
         if (!(difference < least)) return;
         least = difference;
         state = part.state;
@@ -137,17 +141,18 @@ Carry::Carry(const Modalities& now, const InkCamera& camera, const InkMemory& be
       lines_(before.drawn, before.left, before.depth.width, before.depth.height),
       from_(seenBefore(now, motion_, before)) {}
 
-LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to) const {
+LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to, LineKind kind) const {
     const auto a = motion_({from.at, from.depth}), b = motion_({to.at, to.depth});
     const double length = glm::distance(a.at, b.at);
     if (!std::isfinite(length)) return LineBefore::unknown;
     const glm::dvec2 direction = length > 0.0 ? (b.at - a.at) / length : glm::dvec2(0.0);
-    std::array<int, 3> counts{};
-    for (const double share : {1.0 / 6.0, 0.5, 5.0 / 6.0}) {
+    const auto at = [&](double share) {
         const PicturePlace place{glm::mix(a.at, b.at, share), std::lerp(a.depth, b.depth, share)};
-        const auto state = lines_.at(place, direction, alikeLine * before_.extent);
-        ++counts[static_cast<std::size_t>(state)];
-    }
+        return lines_.at(place, direction, kind, alikeLine * before_.extent);
+    };
+    if (length <= shortPart) return at(0.5);
+    std::array<int, 3> counts{};
+    for (const double share : {1.0 / 6.0, 0.5, 5.0 / 6.0}) ++counts[static_cast<std::size_t>(at(share))];
     return static_cast<LineBefore>(std::max_element(counts.begin(), counts.end()) - counts.begin());
 }
 
@@ -156,7 +161,7 @@ std::vector<std::vector<LineBefore>> Carry::linesBefore(const std::vector<InkLin
     forInTurns(std::size_t{0}, lines.size(), [&](std::size_t i) {
         const auto& points = lines[i].points;
         for (std::size_t k = 0; k + 1 < points.size(); ++k)
-            states[i].push_back(segmentBefore(points[k], points[k + 1]));
+            states[i].push_back(segmentBefore(points[k], points[k + 1], lines[i].kind));
     });
     return states;
 }

@@ -26,16 +26,17 @@ class LineMap {
     LineMap(const std::vector<InkLine>& drawn, const std::vector<InkLine>& left, std::uint32_t width,
             std::uint32_t height);
 
-    /// What is known of the line that is most like one through a place in a direction (unit, or none);
-    /// unknown where none is within a pixel or two. `alike`: what the depths of one line in two pictures
-    /// differ by.
-    LineBefore at(const PicturePlace& place, const glm::dvec2& direction, double alike) const;
+    /// What is known of the line that is most like one of a kind through a place in a direction (unit, or
+    /// none); unknown where none is within a pixel or two. `alike`: what the depths of one line in two
+    /// pictures differ by.
+    LineBefore at(const PicturePlace& place, const glm::dvec2& direction, LineKind kind, double alike) const;
 
   private:
     struct Part {
         glm::vec2 from, to;
         float depthFrom, depthTo;
         LineBefore state;
+        LineKind kind;
     };
     template <class Take>
     void eachPart(const Take& take) const;
@@ -59,7 +60,7 @@ class Carry {
     void even(Raster<float>& density) const;
 
   private:
-    LineBefore segmentBefore(const LinePoint& from, const LinePoint& to) const;
+    LineBefore segmentBefore(const LinePoint& from, const LinePoint& to, LineKind kind) const;
 
     const Modalities& now_;
     const InkMemory& before_;

@@ -19,11 +19,15 @@ constexpr double tooDark = 0.02;
 /// Lines that are always drawn are not where they alone are so much darker than the target: a tree is not
 /// all ink.
 constexpr double crowdOfImportant = 0.4;
-/// Step of a line beside nothing, an outer contour; of others at most.
-constexpr float outerStep = 0.999F, innerStep = 0.99F;
-/// Lines that were drawn before are so much more important, those that were left less.
-constexpr float staysImportant = 1.5F;
-/// By so much more the tone may be off where lines stay as they were before, share of the paper.
+/// Step of a line beside nothing, an outer contour.
+constexpr float outerStep = 0.999F;
+/// Lines that were left before are so much less important.
+constexpr float staysLeft = 1.5F;
+/// Of a line in a film, pixels between places at which it is told whether it was drawn before.
+constexpr double toldEvery = 0.5;
+/// Pixels within which a line stands for an outer contour, and within which it is sought first.
+constexpr double contourReach = 1.9, contourNear = 0.7;
+/// By so much too light it is where lines come back that were left before, share of the paper.
 constexpr double slack = 0.1;
 
 /// What is drawn or left out as one: segments of a line from `begin` to `end`.
@@ -42,6 +46,28 @@ struct Drop {
 
 double lengthOf(const InkLine& line, std::size_t segment) {
     return glm::distance(line.points[segment].at, line.points[segment + 1].at);
+}
+
+/// Lines of a film with places so near each other that each part was drawn or was not.
+std::vector<InkLine> finely(const std::vector<InkLine>& lines) {
+    std::vector<InkLine> made;
+    made.reserve(lines.size());
+    for (const auto& line : lines) {
+        giveWay();
+        InkLine fine{line.kind, {line.points.front()}, line.rank};
+        for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+            const auto &from = line.points[i], &to = line.points[i + 1];
+            const double parts = std::clamp(std::ceil(lengthOf(line, i) / toldEvery), 1.0, 4096.0);
+            for (double part = 1.0; part < parts; ++part) {
+                const double share = part / parts;
+                fine.points.push_back(
+                    {glm::mix(from.at, to.at, share), std::lerp(from.depth, to.depth, share), from.step});
+            }
+            fine.points.push_back(to);
+        }
+        made.push_back(std::move(fine));
+    }
+    return made;
 }
 
 std::vector<Piece> piecesOf(const std::vector<InkLine>& lines, double longest, const Carry* carry) {
@@ -200,10 +226,7 @@ class Trial {
 
   private:
     /// By how much darker the target counts for a piece.
-    static double leanOf(const Piece& piece) {
-        if (piece.before == LineBefore::unknown) return 0.0;
-        return piece.before == LineBefore::drawn ? slack : -slack;
-    }
+    static double leanOf(const Piece& piece) { return piece.before == LineBefore::left ? -slack : 0.0; }
     /// What the piece would add, in change_.
     void spread(const Piece& piece) {
         eachDrop(lines_[piece.line], piece.begin, piece.end, cells_, width_, [&](const Drop& drop) {
@@ -222,11 +245,10 @@ class Trial {
     std::vector<std::size_t> touched_;
 };
 
-/// Outer contours stay what they are, and nothing else becomes one.
+/// What was left before and is an outer contour now comes only where its place has no other line.
 float importanceOf(const Piece& piece) {
-    if (piece.before == LineBefore::unknown || piece.importance >= outerStep) return piece.importance;
-    const float stays = piece.before == LineBefore::drawn ? staysImportant : 1.0F / staysImportant;
-    return std::min(stays * piece.importance, innerStep);
+    if (piece.before != LineBefore::left) return piece.importance;
+    return piece.importance >= outerStep ? 0.0F : piece.importance / staysLeft;
 }
 
 /// Outer contours are whole, whatever the style says.
@@ -242,17 +264,15 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     std::vector<Piece*> tried;
     for (auto& piece : pieces) {
         if (isStopped(stop)) return;
-        if ((important(piece) && !trial.crowded(piece, always, crowdOfImportant)) ||
+        if (piece.before == LineBefore::drawn ||
+            (important(piece) && !trial.crowded(piece, always, crowdOfImportant)) ||
             !trial.crowded(piece, all))
             trial.draw(piece);
         else
             tried.push_back(&piece);
     }
-    const auto order = [](const Piece& piece) {
-        return std::pair(piece.before == LineBefore::drawn, piece.importance);
-    };
     std::stable_sort(tried.begin(), tried.end(),
-                     [&](const Piece* a, const Piece* b) { return order(*a) > order(*b); });
+                     [](const Piece* a, const Piece* b) { return a->importance > b->importance; });
     for (Piece* const piece : tried) {
         if (!isStopped(stop)) trial.tryOne(*piece);
     }
@@ -277,6 +297,99 @@ ChosenLines thinned(const std::vector<InkLine>& lines, const SilhouetteStyle& st
     return chosen;
 }
 
+/// take(column, row, right) for each border between a pixel that sees something and one that sees nothing:
+/// the one to the right of it, or the one below.
+template <class Take>
+void eachBorder(const Raster<Sight>& sight, const Take& take) {
+    const auto parts = [](Sight one, Sight other) {
+        return one != other && (one == Sight::nothing || other == Sight::nothing) && one != Sight::inked &&
+               other != Sight::inked;
+    };
+    for (std::uint32_t row = 0; row < sight.height; ++row) {
+        giveWay();
+        for (std::uint32_t column = 0; column < sight.width; ++column) {
+            const Sight one = sight.at(column, row);
+            if (column + 1 < sight.width && parts(one, sight.at(column + 1, row))) take(column, row, true);
+            if (row + 1 < sight.height && parts(one, sight.at(column, row + 1))) take(column, row, false);
+        }
+    }
+}
+
+/// Places at the borders of what is seen that no line stands for yet.
+class BareBorders {
+  public:
+    explicit BareBorders(const Raster<Sight>& sight)
+        : columns_(sight.width / square + 1),
+          rows_(sight.height / square + 1),
+          squares_(std::size_t{columns_} * rows_) {
+        eachBorder(sight, [&](std::uint32_t column, std::uint32_t row, bool right) {
+            const glm::vec2 place(static_cast<float>(column) + (right ? 1.0F : 0.5F),
+                                  static_cast<float>(row) + (right ? 0.5F : 1.0F));
+            squares_[std::size_t{row / square} * columns_ + column / square].push_back(place);
+        });
+    }
+
+    /// Whether any is within a distance of a line, pixels.
+    bool anyBeside(const LinePoint& from, const LinePoint& to, double reach) {
+        bool any = false;
+        eachBeside(from, to, reach, [&](auto&, std::size_t) {
+            any = true;
+            return false;
+        });
+        return any;
+    }
+    /// A line stands for those beside it.
+    void cover(const LinePoint& from, const LinePoint& to) {
+        eachBeside(from, to, contourReach, [](std::vector<glm::vec2>& places, std::size_t i) {
+            places[i] = places.back();
+            places.pop_back();
+            return true;
+        });
+    }
+    /// Marks the pixels on both sides of those that are left; whether there are any.
+    bool mark(Raster<std::uint8_t>& pixels) const {
+        bool any = false;
+        for (const auto& places : squares_) {
+            for (const auto& at : places) {
+                const auto column = static_cast<std::uint32_t>(at.x), row = static_cast<std::uint32_t>(at.y);
+                const bool right = at.x == std::floor(at.x);
+                pixels.at(column, row) = 1;
+                pixels.at(right ? column - 1 : column, right ? row : row - 1) = 1;
+                any = true;
+            }
+        }
+        return any;
+    }
+
+  private:
+    static constexpr std::uint32_t square = 4;  // pixels
+
+    /// take(places of a square, number) for those within a distance of a line, until it says false.
+    template <class Take>
+    void eachBeside(const LinePoint& from, const LinePoint& to, double reach, const Take& take) {
+        const glm::dvec2 least = (glm::min(from.at, to.at) - reach - 1.0) / double(square),
+                         most = (glm::max(from.at, to.at) + reach) / double(square);
+        const glm::dvec2 way = to.at - from.at;
+        const double whole = glm::dot(way, way);
+        const auto held = [](double at, std::uint32_t count) {
+            return static_cast<std::uint32_t>(std::clamp(std::floor(at), 0.0, count - 1.0));
+        };
+        for (auto row = held(least.y, rows_); row <= held(most.y, rows_); ++row) {
+            for (auto column = held(least.x, columns_); column <= held(most.x, columns_); ++column) {
+                auto& places = squares_[std::size_t{row} * columns_ + column];
+                for (std::size_t i = places.size(); i-- > 0;) {
+                    const glm::dvec2 off = glm::dvec2(places[i]) - from.at;
+                    const double share = whole > 0.0 ? std::clamp(glm::dot(off, way) / whole, 0.0, 1.0) : 0.0;
+                    if (glm::length(off - share * way) <= reach && !take(places, i)) return;
+                }
+            }
+        }
+    }
+
+    std::uint32_t columns_, rows_;
+    std::vector<std::vector<glm::vec2>> squares_;  // places by where their pixels are
+};
+
 /// Finds what is missing of outer contours, and draws it.
 class ContourMaker {
   public:
@@ -285,6 +398,36 @@ class ContourMaker {
         for (const auto& line : chosen_.lines) mark(line);
     }
 
+    /// What is drawn more of a film's picture, as little as stands for all outer contours: what was drawn
+    /// before stays anyway. Lines have places so near each other as finely() makes them.
+    std::vector<InkLine> makeOfFilm(const std::stop_token& stop) {
+        BareBorders bare(sight_);
+        const auto coverAll = [&](const std::vector<InkLine>& lines) {
+            for (const auto& line : lines) {
+                giveWay();
+                for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
+                    bare.cover(line.points[i], line.points[i + 1]);
+            }
+        };
+        coverAll(chosen_.lines);
+        const auto take = [&](const LinePoint& from, const LinePoint& to, double reach) {
+            if (!bare.anyBeside(from, to, reach)) return false;
+            bare.cover(from, to);
+            return true;
+        };
+        for (const auto& [step, reach] :
+             {std::pair(outerStep, contourNear), std::pair(outerStep, contourReach),
+              std::pair(0.0F, contourReach)}) {
+            if (isStopped(stop)) return std::move(more_);
+            takeLeft([&, least = static_cast<double>(step), within = reach](const LinePoint& from,
+                                                                            const LinePoint& to, auto...) {
+                return from.step >= least && take(from, to, within);
+            });
+        }
+        gaps_ = Raster<std::uint8_t>(sight_.width, sight_.height);
+        if (bare.mark(gaps_) && !isStopped(stop)) drawBorders(stop);
+        return std::move(more_);
+    }
     /// What is drawn more. `carry`: by which those come first that were drawn before; or null.
     std::vector<InkLine> make(const Carry* carry, const std::stop_token& stop) {
         const auto isOuter = [&](const LinePoint& from, const LinePoint& to) {
@@ -376,23 +519,12 @@ class ContourMaker {
     bool findGaps() {
         gaps_ = Raster<std::uint8_t>(sight_.width, sight_.height);
         bool any = false;
-        const auto meet = [&](std::uint32_t column, std::uint32_t row, std::uint32_t right,
-                              std::uint32_t down) {
-            const Sight one = sight_.at(column, row), other = sight_.at(column + right, row + down);
-            if (one == other || (one != Sight::nothing && other != Sight::nothing) || one == Sight::inked ||
-                other == Sight::inked)
-                return;
-            if (isNear(inked_, column, row) && isNear(inked_, column + right, row + down)) return;
-            gaps_.at(column, row) = gaps_.at(column + right, row + down) = 1;
+        eachBorder(sight_, [&](std::uint32_t column, std::uint32_t row, bool right) {
+            const std::uint32_t x = right ? column + 1 : column, y = right ? row : row + 1;
+            if (isNear(inked_, column, row) && isNear(inked_, x, y)) return;
+            gaps_.at(column, row) = gaps_.at(x, y) = 1;
             any = true;
-        };
-        for (std::uint32_t row = 0; row < sight_.height; ++row) {
-            giveWay();
-            for (std::uint32_t column = 0; column < sight_.width; ++column) {
-                if (column + 1 < sight_.width) meet(column, row, 1, 0);
-                if (row + 1 < sight_.height) meet(column, row, 0, 1);
-            }
-        }
+        });
         return any;
     }
     /// Draws borders of what is seen where there are gaps.
@@ -489,8 +621,11 @@ ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, do
     return blurred(grid, cells.blur);
 }
 
-ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
+ChosenLines chooseLines(const std::vector<InkLine>& all, const SilhouetteStyle& style,
                         const LineTarget& target, const std::stop_token& stop) {
+    std::vector<InkLine> fine;
+    if (target.isOfFilm()) fine = finely(all);
+    const auto& lines = target.isOfFilm() ? fine : all;
     if (style.mode == SilhouetteMode::none)
         return {{}, lines, ToneGrid(target.cells.columns, target.cells.rows)};
     if (style.mode == SilhouetteMode::all) return {lines, {}, densityOf(lines, target.cells, target.width)};
@@ -509,7 +644,9 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
 
 void makeContoursWhole(const Raster<Sight>& sight, const Raster<float>& depth, const LineTarget& target,
                        ChosenLines& chosen, const std::stop_token& stop) {
-    auto more = ContourMaker(sight, depth, chosen).make(target.before, stop);
+    ContourMaker maker(sight, depth, chosen);
+    const bool film = target.isOfFilm() && !sight.values.empty();
+    auto more = film ? maker.makeOfFilm(stop) : maker.make(target.before, stop);
     if (more.empty()) return;
     const auto density = densityOf(more, target.cells, target.width);
     for (std::size_t i = 0; i < density.values.size(); ++i) chosen.density.values[i] += density.values[i];

@@ -24,6 +24,9 @@ struct LineTarget {
     double longest;                 ///< of what is drawn or left out as one, pixels
     bool quick = false;             ///< lines are thinned out by their ranks, for a picture in motion
     const Carry* before = nullptr;  ///< by which lines stay as they were where they can; or null
+
+    /// Whether lines are told part by part from those of the picture before.
+    bool isOfFilm() const { return before != nullptr && !quick; }
 };
 
 struct ChosenLines {

@@ -263,11 +263,16 @@ class DrawingMaker {
                                 pieceShare * reading_,
                                 scene_.quick,
                                 carry_ ? &*carry_ : nullptr};
-        if (style_.silhouettes.omit) return chooseLines(needed(lines), style_.silhouettes, target, stop_);
-        auto chosen = chooseLines(lines, style_.silhouettes, target, stop_);
-        if (style_.silhouettes.mode != SilhouetteMode::none && !isStopped(stop_))
+        const bool omits = style_.silhouettes.omit;
+        auto chosen = chooseLines(omits ? needed(lines) : lines, style_.silhouettes, target, stop_);
+        if (!omits && style_.silhouettes.mode != SilhouetteMode::none && !isStopped(stop_))
             makeContoursWhole(scene_.field ? Raster<Sight>() : sightOf(rest), scene_.modalities.depth, target,
                               chosen, stop_);
+        if (target.isOfFilm()) {
+            for (auto* const some : {&chosen.lines, &chosen.left}) {
+                for (auto& line : *some) simplify(line.points);
+            }
+        }
         return chosen;
     }
     Raster<Sight> sightOf(const Rest& rest) const {

@@ -2,7 +2,8 @@
 //
 // A drawing of a mesh in pen and ink: what its stages cost, how much of its lines is what is seen, by a dense
 // trial, how far its tones are from what is to be drawn, and how it flickers as the camera turns.
-//   bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES] [--quick]
+//   bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES [--pictures FOLDER]]
+//     [--quick]
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -229,17 +230,111 @@ void tryTones(const Made& made, const FramePlan& plan, const InkStyle& style) {
     }
 }
 
-/// The camera turns around its target.
-void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, double degrees, int frames) {
+/// What each kind of ink does in a film: its own change and share of the ink.
+void tellParts(const Film& film) {
+    double inked = 0.0;
+    for (const auto& part : film.parts()) inked += part.inked;
+    for (std::size_t i = 0; i < film.parts().size(); ++i) {
+        const auto& part = film.parts()[i];
+        if (!(part.inked > 0.0)) continue;
+        fmt::print("  {:14} {:5.1f}% of the ink, changes {:.4f}\n", Film::partNames[i],
+                   100.0 * part.inked / inked, part.changed / part.inked);
+    }
+}
+
+/// Ink that came is red, ink that went is blue, what stayed is grey.
+void writeChange(const std::string& file, const Raster<float>& was, const Raster<float>& is) {
+    std::ofstream out(file, std::ios::binary);
+    out << "P6 " << is.width << ' ' << is.height << " 255\n";
+    const auto put = [&](float cover) {
+        out.put(
+            static_cast<char>(static_cast<unsigned char>(255.0F * std::sqrt(std::max(0.0F, 1.0F - cover)))));
+    };
+    for (std::size_t i = 0; i < is.values.size(); ++i) {
+        put(was.values[i]);
+        put(std::max(was.values[i], is.values[i]));
+        put(is.values[i]);
+    }
+}
+
+/// All lines that lie in a third of all cubes of space, the same in all pictures: ink that sticks to what it
+/// is drawn on.
+struct StuckInk {
+    Drawing drawing;
+    InkMemory memory;
+
+    StuckInk(const InkScene& scene, double width) {
+        const glm::dmat4 fromEye = glm::inverse(scene.camera.toEye);
+        const double side = 0.02 * scene.modalities.extent;
+        const auto isDrawn = [&](const LinePoint& from, const LinePoint& to) {
+            const PicturePlace middle{0.5 * (from.at + to.at), 0.5 * (from.depth + to.depth)};
+            const glm::dvec3 place =
+                glm::floor(glm::dvec3(fromEye * glm::dvec4(scene.camera.inEye(middle), 1.0)) / cubes);
+            const auto number = static_cast<std::uint64_t>(static_cast<std::int64_t>(place.x)) * 73856093U ^
+                                static_cast<std::uint64_t>(static_cast<std::int64_t>(place.y)) * 19349663U ^
+                                static_cast<std::uint64_t>(static_cast<std::int64_t>(place.z)) * 83492791U;
+            return (number * 0x9E3779B97F4A7C15U >> 32U) % 3 == 0;
+        };
+        if (cubes == 0.0) cubes = side;
+        for (const auto& line : scene.lines) {
+            InkLine part{line.kind, {}, line.rank};
+            const auto end = [&] {
+                if (part.points.size() > 1) memory.drawn.push_back(part);
+                part.points.clear();
+            };
+            for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+                const auto &from = line.points[i], &to = line.points[i + 1];
+                const double parts = std::max(1.0, std::ceil(glm::distance(from.at, to.at)));
+                for (double k = 0.0; k < parts; ++k) {
+                    const auto at = [&](double share) {
+                        return LinePoint{glm::mix(from.at, to.at, share),
+                                         std::lerp(from.depth, to.depth, share), from.step};
+                    };
+                    const auto a = at(k / parts), b = at((k + 1.0) / parts);
+                    if (!isDrawn(a, b)) {
+                        end();
+                        continue;
+                    }
+                    if (part.points.empty()) part.points.push_back(a);
+                    part.points.push_back(b);
+                }
+            }
+            end();
+        }
+        for (const auto& line : memory.drawn) {
+            const auto begin = static_cast<std::uint32_t>(drawing.strokes.points.size());
+            for (const auto& point : line.points)
+                drawing.strokes.points.push_back({static_cast<float>(point.at.x),
+                                                  static_cast<float>(point.at.y), static_cast<float>(width),
+                                                  point.depth});
+            drawing.strokes.lines.push_back(
+                {begin, static_cast<std::uint32_t>(drawing.strokes.points.size())});
+        }
+    }
+    inline static double cubes = 0.0;  // sides, layer units
+};
+
+/// The camera turns around its target. `pictures`: a folder for what changes, or nothing.
+void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, double degrees, int frames,
+             const std::string& pictures) {
     const auto style = inkStyleOf(*layer.ink(), layer.inkIsDark);
     InkStyle all = style;
     all.silhouettes.mode = SilhouetteMode::all;
     all.hatch.strength = 0.0;
-    Film still, coherent, lines;
+    Film still, coherent, lines, stuck;
     InkMemory memory;
+    int shown = 0, drawn = 0;
+    if (!pictures.empty())
+        coherent.compared = [&](const auto& was, const auto& is) {
+            writeChange(fmt::format("{}/change-{:03}.ppm", pictures, ++shown), was, is);
+        };
     const auto show = [&](Film& film, const InkScene& scene, const InkStyle& of, InkMemory& kept) {
         const auto drawing = drawInk(scene, of, 1.0, {}, &kept);
         film.show(scene, drawing, kept, plan);
+        if (!pictures.empty() && &film == &coherent) {
+            const auto cover = coverOf(drawing.strokes, plan);
+            writeChange(fmt::format("{}/drawing-{:03}.ppm", pictures, drawn++), cover, cover);
+        }
     };
     const glm::dvec3 off = plan.camera.eye - plan.camera.target;
     const glm::dvec3 up = glm::normalize(plan.camera.up);
@@ -260,11 +355,16 @@ void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, dou
         show(still, scene, style, none);
         show(coherent, scene, style, memory);
         show(lines, scene, all, empty);
+        const StuckInk ink(scene, style.silhouettes.width);
+        stuck.show(scene, ink.drawing, ink.memory, plan);
     }
     fmt::print(
         "film of {} pictures, {} degrees each: ink that changes {:.4f} of independent pictures, {:.4f} of "
-        "coherent ones, {:.4f} of all lines alone\n",
-        frames, degrees, still.flicker(), coherent.flicker(), lines.flicker());
+        "coherent ones, {:.4f} of all lines alone, {:.4f} of ink that sticks\n",
+        frames, degrees, still.flicker(), coherent.flicker(), lines.flicker(), stuck.flicker());
+    fmt::print("the last picture has {:.1f}% more ink as a coherent one\n",
+               100.0 * (coherent.ink() / still.ink() - 1.0));
+    tellParts(coherent);
 }
 
 int run(int count, char** arguments) {
@@ -279,12 +379,14 @@ int run(int count, char** arguments) {
     bool lines = false, tones = false, quick = false;
     int times = 1, frames = 0;
     double degrees = 0.0;
+    std::string pictures;
     for (int i = 3; i < count; ++i) {
         const std::string word = arguments[i];
         lines |= word == "--lines";
         tones |= word == "--tones";
         quick |= word == "--quick";
         if (word == "--times" && i + 1 < count) times = std::atoi(arguments[++i]);
+        if (word == "--pictures" && i + 1 < count) pictures = arguments[++i];
         if (word == "--film" && i + 2 < count) {
             degrees = std::atof(arguments[++i]);
             frames = std::atoi(arguments[++i]);
@@ -299,7 +401,7 @@ int run(int count, char** arguments) {
     for (int i = 0; i < times; ++i) made = draw(surface, view.layers[0], plan);
     if (lines) tryLines(surface, made, plan);
     if (tones) tryTones(made, plan, inkStyleOf(*view.layers[0].ink(), view.layers[0].inkIsDark));
-    if (frames > 1) tryFilm(surface, view.layers[0], plan, degrees, frames);
+    if (frames > 1) tryFilm(surface, view.layers[0], plan, degrees, frames, pictures);
     return 0;
 }
 

@@ -197,6 +197,34 @@ TEST(DrawingBars, OuterContoursAreWholeFromAnywhere) {
     }
 }
 
+/// In films lines stay, and new ones come only where an outer contour has none.
+TEST(DrawingBars, OuterContoursOfFilmsAreWhole) {
+    constexpr std::uint32_t width = 240, height = 180;
+    auto style = defaultInk();
+    style.hatch.strength = 0.0;
+    test::Random random(38);
+    Gaps gaps;
+    for (int form = 0; form < 3; ++form) {
+        const auto surface = crowd(random);
+        const Layer layer{.dataset = "data/a", .style = proto::InkStyle()};
+        const auto camera = fitCamera(surface->bounds(), 4.0 / 3.0);
+        const glm::dvec3 off = camera.eye - camera.target, up = glm::normalize(camera.up);
+        InkMemory memory;
+        for (int frame = 0; frame < 8; ++frame) {
+            auto turned = camera;
+            const double angle = frame * halfTurn / 90.0;
+            turned.eye = camera.target + std::cos(angle) * off + std::sin(angle) * glm::cross(up, off) +
+                         (1.0 - std::cos(angle)) * glm::dot(up, off) * up;
+            const auto plan = test::planOf(turned, width, height);
+            const auto drawing = inkOf(layer, style, surface, plan, 1.0, {}, &memory);
+            if (frame > 0) gaps += gapsOf(SeenByTrial(surface->mesh(), plan), drawing.strokes, width, height);
+        }
+    }
+    RecordProperty("percent", fmt::format("{:.4f}", 100.0 * gaps.without / gaps.contour));
+    EXPECT_GT(gaps.contour, 5000.0);
+    EXPECT_LE(gaps.without, 0.002 * gaps.contour);
+}
+
 /// Of all strokes those that are shorter than one and a half spacings of hatches, with no line as near to
 /// their middle.
 struct Crumbs {
