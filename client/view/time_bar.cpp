@@ -142,9 +142,9 @@ void TimeBar::drawTrack(ViewModel& model, const TimeScale* chosen, float width, 
     const double pointed = (ImGui::GetIO().MousePos.x - across(0.0)) / room;
     if (ImGui::IsItemHovered() && !ImGui::IsItemActive()) {
         const int step = places.nearest(pointed);
-        const auto what = fmt::format("step {}", step);
-        helpAtRest(
-            (chosen != nullptr ? what + ", " + chosen->said(static_cast<std::size_t>(step)) : what).c_str());
+        auto what = fmt::format("step {}", step);
+        if (chosen != nullptr) what += ", " + chosen->said(static_cast<std::size_t>(step));
+        ImGui::SetTooltip("%s", what.c_str());
     }
     if (!ImGui::IsItemActive()) return;
     const int nearest = places.nearest(pointed);

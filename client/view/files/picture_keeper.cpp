@@ -106,6 +106,7 @@ class Backgrounds {
 /// Waits a moment: both programs stay in the background once they have read all.
 bool runOn(const char* program, const std::vector<const char*>& words, const std::filesystem::path& input) {
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (const char* word : words) arguments.push_back(const_cast<char*>(word));
     arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
