@@ -305,12 +305,12 @@ void Viewer::apply(const PanelActions& actions) {
         film_.askWhereToSave(job);
     }
     if (actions.cancelJob) {
-        connection_.cancelJob(*actions.cancelJob, [this](Result<proto::JobStatus> reply) {
+        connection_.cancelJob(*actions.cancelJob, [this](const Result<proto::JobStatus>& reply) {
             if (!reply.ok()) say(reply.error().toString());
         });
     }
     if (actions.retryJob) {
-        connection_.retryJob(*actions.retryJob, [this](Result<proto::JobStatus> reply) {
+        connection_.retryJob(*actions.retryJob, [this](const Result<proto::JobStatus>& reply) {
             reply.ok() ? replaceJob(*reply) : say(reply.error().toString());
         });
     }

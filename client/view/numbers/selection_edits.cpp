@@ -281,13 +281,13 @@ proto::Query endsOf(const std::string& dataset, const proto::ParticlesManifest& 
 std::optional<Bounds> boxOf(const StepStatistics& ends, const proto::ParticlesManifest& plot) {
     constexpr double least = 0.01;
     Bounds box;
-    if (ends.values.size() != 2 * axesOfPlot) return std::nullopt;
+    if (ends.values.size() != 2 * std::size_t{axesOfPlot}) return std::nullopt;
     for (int i = 0; i < axesOfPlot; ++i) {
         const auto& axis = axisOf(plot, i, ends.step);
         const auto placeOf = [&](double value) {
             return 2.0 * (value - axis.min()) / (axis.max() - axis.min()) - 1.0;
         };
-        const auto first = static_cast<std::size_t>(2 * i);
+        const auto first = 2 * static_cast<std::size_t>(i);
         const double low = placeOf(ends.values[first]), high = placeOf(ends.values[first + 1]);
         if (!std::isfinite(low) || !std::isfinite(high)) return std::nullopt;
         const double room = std::max(0.5 * (least - (high - low)), 0.0);
