@@ -35,16 +35,17 @@ constexpr unsigned mostAttempts = 2;
 /// After so many that failed one after the other, the rest is not tried.
 constexpr unsigned mostFailuresInRow = 3;
 
+bool keepsStrokes(const proto::View& view) {
+    return std::any_of(view.layers().begin(), view.layers().end(),
+                       [](const auto& layer) { return layer.ink().coherent(); });
+}
+
 /// Tells whether a picture keeps strokes of the one before it.
 bool remembersStrokes(const Film& film) {
-    const auto keeps = [](const proto::View& view) {
-        return std::any_of(view.layers().begin(), view.layers().end(),
-                           [](const auto& layer) { return layer.ink().coherent(); });
-    };
     constexpr std::size_t looks = 1000;
     const std::size_t stride = film.continuous() ? std::max<std::size_t>(1, film.frameCount() / looks) : 1;
     for (std::size_t i = 0; i < film.frameCount(); i += stride) {
-        if (keeps(film.frame(i))) return true;
+        if (keepsStrokes(film.frame(i))) return true;
     }
     return false;
 }
@@ -276,6 +277,30 @@ Status FilmRun::outcome() const {
 
 namespace {
 
+/// Ink of keyframes and moves is coherent where it does not say so: one frame follows from the other. Views
+/// of a list are pictures by themselves.
+proto::Script withCoherentInk(proto::Script script) {
+    const auto say = [](proto::View& view) {
+        for (auto& layer : *view.mutable_layers()) {
+            if (layer.has_ink() && !layer.ink().has_coherent()) layer.mutable_ink()->set_coherent(true);
+        }
+    };
+    for (auto& keyframe : *script.mutable_keyframes()) say(*keyframe.mutable_view());
+    if (script.moves_size() > 0) say(*script.mutable_view());
+    return script;
+}
+
+/// Tells whether one server draws all of a script.
+bool isOfOneServer(const proto::Script& script) {
+    const auto any = [](const auto& parts, const auto& viewOf) {
+        return std::any_of(parts.begin(), parts.end(),
+                           [&](const auto& part) { return keepsStrokes(viewOf(part)); });
+    };
+    return keepsStrokes(script.view()) ||
+           any(script.views(), [](const auto& view) -> const proto::View& { return view; }) ||
+           any(script.keyframes(), [](const auto& frame) -> const proto::View& { return frame.view(); });
+}
+
 using Servers = std::vector<std::unique_ptr<PictureServer>>;
 
 /// What servers say of the datasets that a script shows.
@@ -292,7 +317,9 @@ std::string withoutThreads(const std::string& device) {
     return threads ? device.substr(0, comma) : device;
 }
 
-Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const Interrupt& interrupt) {
+/// `jobs`: how many private ones.
+Result<Servers> openServers(const FramesOptions& options, unsigned jobs, Wakeup& wakeup,
+                            const Interrupt& interrupt) {
     Servers servers;
     const bool job = options.task == FramesTask::job;
     // In the background it waits as long as others look.
@@ -306,8 +333,8 @@ Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const 
     const unsigned cores =
         options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
     ServerCommand command{serverBesideUs(), options.roots, options.device, 0};
-    if (options.jobs > 1 || options.threads > 0) command.threads = std::max(1U, cores / options.jobs);
-    for (unsigned i = 0; i < options.jobs; ++i) {
+    if (jobs > 1 || options.threads > 0) command.threads = std::max(1U, cores / jobs);
+    for (unsigned i = 0; i < jobs; ++i) {
         MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open({{}, command}, patience, wakeup, interrupt));
         servers.push_back(std::move(server));
     }
@@ -524,12 +551,13 @@ void tellKept(const FramesOptions& options, const FrameSink& sink) {
 Status drawFilm(const FramesOptions& options, const proto::Script& script, const std::string& name,
                 const Interrupt& interrupt) {
     Wakeup wakeup;
-    MOTE_ASSIGN_OR_RETURN(const auto servers, openServers(options, wakeup, interrupt));
+    auto fitted = withCoherentInk(script);
+    const unsigned jobs = isOfOneServer(fitted) ? 1U : options.jobs;
+    MOTE_ASSIGN_OR_RETURN(const auto servers, openServers(options, jobs, wakeup, interrupt));
     MOTE_ASSIGN_OR_RETURN(const auto known, askAll(servers, script));
     const auto inScript = [&](const Error& error) {
         return Error{error.code, fmt::format("{}: {}", name, error.where), error.message};
     };
-    auto fitted = script;
     const auto fits = fitFilm(*servers.front(), fitted, known.datasets, wakeup, interrupt);
     if (!fits.ok()) return inScript(fits.error());
     const auto film = Film::create(fitted, known.datasets);

@@ -84,6 +84,31 @@ TEST_F(Ink, DrawsTheOutlineAndHatchesWhatIsDark) {
     EXPECT_GT(dark.inside, 2.0 * both.inside);
 }
 
+/// Each frame follows from the one before it, where that is not said; by one server, however many there are.
+TEST_F(Ink, FilmsAreCoherentUnlessTheySayOtherwise) {
+    const auto last = [&](const std::string& style, const std::vector<std::string>& more) {
+        const auto done = station_.frames("{'fps': 20, 'view': " + ballView(style) +
+                                              ", 'moves': [{'turn': {'degrees': 12}, 'seconds': 0.2}]}",
+                                          more);
+        EXPECT_EQ(done.status, 0) << done.errors;
+        return picture("frame-000003.png").pixels;
+    };
+    const std::vector<std::string> two{
+        "--spawn", "data=" + station_.root().string(), "--device", "cpu", "--jobs", "2"};
+    const auto usual = last("", {});
+    EXPECT_TRUE(usual == last("'coherent': true", {}));
+    EXPECT_TRUE(usual == last("", two));
+    const auto independent = last("'coherent': false", {});
+    EXPECT_FALSE(usual == independent);
+    // A list of views is pictures by themselves.
+    const auto listed = [&](const std::string& style) {
+        EXPECT_EQ(station_.frames(scriptOf({ballView(style), ballView(style)})).status, 0);
+        return picture("frame-000001.png").pixels;
+    };
+    EXPECT_TRUE(listed("") == listed("'coherent': false"));
+    EXPECT_FALSE(listed("") == listed("'coherent': true"));
+}
+
 TEST_F(Ink, LiesOnItsSurface) {
     const auto surface = [](const char* opacity) {
         return std::string(
