@@ -14,9 +14,9 @@
 #include <limits>
 
 #include "protocol/scene/mote_check.h"
-#include "server/render/plan/cell_grid.h"
-#include "server/render/plan/leaves_by_cell.h"
-#include "server/render/plan/thick_matter.h"
+#include "server/render/plan/matter/cell_grid.h"
+#include "server/render/plan/matter/leaves_by_cell.h"
+#include "server/render/plan/matter/thick_matter.h"
 #include "storage/storage_error.h"
 
 namespace mote::render {

@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "protocol/scene/particles_style.h"
-#include "server/render/plan/cell_grid.h"
-#include "server/render/plan/leaves_by_cell.h"
+#include "server/render/plan/matter/cell_grid.h"
+#include "server/render/plan/matter/leaves_by_cell.h"
 #include "server/render/plan/point_selection.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"

@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "server/render/plan/cell_grid.h"
+#include "server/render/plan/matter/cell_grid.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/plan/thick_matter.h"
+#include "server/render/plan/matter/thick_matter.h"
 
 #include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -12,7 +12,7 @@
 #include <limits>
 #include <span>
 
-#include "server/render/plan/leaves_by_cell.h"
+#include "server/render/plan/matter/leaves_by_cell.h"
 
 namespace mote::render {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/render/plan/cell_grid.h"
+#include "server/render/plan/matter/cell_grid.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
