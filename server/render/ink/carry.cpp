@@ -18,7 +18,7 @@ namespace {
 constexpr double square = 4.0;       // pixels
 constexpr double reach = 1.5;        // pixels between a line and itself
 constexpr double otherKind = 0.3;    // what another kind counts beside the squares of these
-constexpr double shortPart = 0.25;   // pixels of a line of which one place tells enough
+constexpr double shortPart = 0.75;   // pixels of a line of which one place tells enough
 constexpr double leastCosine = 0.8;  // cosine of what it turns by
 
 constexpr std::uint32_t nowhere = UINT32_MAX;
