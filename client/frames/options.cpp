@@ -122,7 +122,9 @@ void declareJobs(const cli::Command& app, RawOptions& raw) {
     jobs.flag("--list-jobs", raw.listJobs, "Prints a line for each job, the latest first");
     jobs.option("--follow", id, "Waits for this job to end, and succeeds if it does").valueName("ID");
     jobs.option("--cancel", id, "Ends this job; a finished film is deleted").valueName("ID");
-    jobs.option("--retry", id, "Starts a failed or cancelled job anew and prints the new id").valueName("ID");
+    jobs.option("--retry", id,
+                "Starts a failed or cancelled job, a film or an export anew and prints the new id")
+        .valueName("ID");
 }
 
 void declare(const cli::Command& app, RawOptions& raw) {

@@ -48,7 +48,9 @@ class AreaQueue {
     std::vector<std::uint32_t> slot_;  ///< each point's place in heap_
 };
 
+/// The schema has its defaults (thinningOptions).
 struct ThinningOptions {
+    ThinningOptions(int ringsOf, double times) : rings(ringsOf), relaxation(times) {}
     int rings;          ///< of neighbours that move at a removal, 1 or 2; 0: a static hierarchy
     double relaxation;  ///< times the way to the centroid of the cell
 };

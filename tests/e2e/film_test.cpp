@@ -412,10 +412,14 @@ TEST_F(DetachedFilms, AreListedFollowedAndTriedAgain) {
     const auto second = again.output.substr(0, 16);
     EXPECT_NE(second, longer);
     cancel(second);
-    EXPECT_EQ(run({"--retry", id}).status, 1) << "it succeeded";
+    const auto anew = run({"--retry", id});  // it succeeded, and is made again
+    ASSERT_EQ(anew.status, 0) << anew.errors;
+    const auto third = anew.output.substr(0, 16);
+    EXPECT_EQ(run({"--follow", third}).status, 0);
     const auto list = run({"--list-jobs"});
-    EXPECT_THAT(list.output, testing::MatchesRegex(second + "  cancelled[^\n]*\n" + longer +
-                                                   "  cancelled[^\n]*\n" + id + "  succeeded[^\n]*\n"));
+    EXPECT_THAT(list.output,
+                testing::MatchesRegex(third + "  succeeded[^\n]*\n" + second + "  cancelled[^\n]*\n" +
+                                      longer + "  cancelled[^\n]*\n" + id + "  succeeded[^\n]*\n"));
     EXPECT_THAT(run({"--list-jobs", "--json"}).output, HasSubstr("\"timeLimitS\":600"));
 }
 

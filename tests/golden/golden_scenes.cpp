@@ -583,7 +583,7 @@ const std::vector<GoldenScene>& goldenScenes() {
         {"linked", 0.05, 0.04, 0.025},
         {"unlinked", 0.35, 0.35, 0.085},
         {"zoomedInside", 0.7, 0.7, 0.1},
-        {"orthographic", 0.25, 0.25, 0.011},
+        {"orthographic", 0.25, 0.24, 0.011},
         {"orthographicInside", 0.6, 0.6, 0.23},
         {"discs", 0.25, 0.16, 0.013},
         // Points of one beam lie within the other's core: in one pixel the order within a slab is wrong by 55

@@ -135,7 +135,7 @@ void measureUneven(const Options& options) {
                "prefix", "mean", "last", "prefix", "mean", "last");
     std::vector<storage::StippleHierarchy> hierarchies;
     for (std::uint64_t seed = 1; seed <= options.seeds; ++seed) {
-        hierarchies.push_back(build(options, seed, {}).hierarchy);
+        hierarchies.push_back(build(options, seed, prep::thinningOptions({})).hierarchy);
     }
     for (const auto& [name, tone] : tones()) {
         Uneven sum;
@@ -161,7 +161,7 @@ int writePictures(const Options& options) {
         if (!written.ok()) fmt::print(stderr, "{}\n", written.error().toString());
         return written.ok();
     };
-    const auto hierarchy = build(options, 1, {}).hierarchy;
+    const auto hierarchy = build(options, 1, prep::thinningOptions({})).hierarchy;
     const render::StippleReplay replay(hierarchy);
     const render::StippleReplay fixed(build(options, 1, {0, 1.0}).hierarchy);
     bool good = true;
@@ -182,7 +182,7 @@ int writePictures(const Options& options) {
 }
 
 void printCosts(const Options& options) {
-    const auto built = build(options, 1, {});
+    const auto built = build(options, 1, prep::thinningOptions({}));
     const auto& h = built.hierarchy;
     fmt::print(
         "\nbuilt in {:.2f} s; {:.2f} moves a point, the longest {:.3f} spacings ({:.3f} with the last "

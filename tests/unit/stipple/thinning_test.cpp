@@ -188,7 +188,7 @@ TEST(Thinning, CanBeCancelled) {
     test::TestProgress progress;
     const auto start = stratifiedPoints(3000, 1);
     progress.cancelAt(0.5);
-    const auto made = thinPlane(start, {}, 0.0, progress);
+    const auto made = thinPlane(start, thinningOptions({}), 0.0, progress);
     ASSERT_FALSE(made.ok());
     EXPECT_EQ(made.error().code, ErrorCode::cancelled);
     EXPECT_EQ(evenPoints(100, 1, 0.5, progress).error().code, ErrorCode::cancelled);

@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "preprocess/mesh/triangle_mesh.h"
+#include "preprocess/stipple/stipple_job.h"
 #include "preprocess/stipple/surface/surface_cell.h"
 #include "preprocess/stipple/surface/surface_job.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
@@ -122,7 +123,7 @@ storage::StippleHierarchy build(const TestSurface& surface, std::uint32_t points
     QuietProgress progress;
     auto start = prep::evenSurfacePoints(*surface.walk, points, seed, 0.3, progress);
     EXPECT_TRUE(start.ok());
-    auto made = prep::thinSurface(*surface.walk, *std::move(start), {}, 0.3, progress);
+    auto made = prep::thinSurface(*surface.walk, *std::move(start), prep::thinningOptions({}), 0.3, progress);
     EXPECT_TRUE(made.ok());
     const auto checked = storage::checkHierarchy(*made);
     EXPECT_TRUE(checked.ok()) << checked.error().toString();
@@ -250,10 +251,12 @@ TEST(SurfaceThinning, CancelsAndReports) {
     auto start = prep::evenSurfacePoints(*ball.walk, 500, 1, 0.3, progress);
     ASSERT_TRUE(start.ok());
     auto copy = *start;
-    EXPECT_TRUE(prep::thinSurface(*ball.walk, *std::move(start), {}, 0.3, progress).ok());
+    EXPECT_TRUE(
+        prep::thinSurface(*ball.walk, *std::move(start), prep::thinningOptions({}), 0.3, progress).ok());
     EXPECT_TRUE(std::is_sorted(progress.fractions.begin(), progress.fractions.end()));
     QuietProgress cancelling(3);
-    const auto cancelled = prep::thinSurface(*ball.walk, std::move(copy), {}, 0.3, cancelling);
+    const auto cancelled =
+        prep::thinSurface(*ball.walk, std::move(copy), prep::thinningOptions({}), 0.3, cancelling);
     EXPECT_EQ(cancelled.error().code, ErrorCode::cancelled);
 }
 
@@ -441,7 +444,8 @@ render::StippleSurface stippledTorus(const TestSurface& torus, std::uint32_t poi
     QuietProgress progress;
     auto start = prep::evenSurfacePoints(*torus.walk, points, 1, 0.3, progress);
     EXPECT_TRUE(start.ok());
-    const auto made = prep::thinSurface(*torus.walk, *std::move(start), {}, 0.3, progress);
+    const auto made =
+        prep::thinSurface(*torus.walk, *std::move(start), prep::thinningOptions({}), 0.3, progress);
     EXPECT_TRUE(made.ok());
     const Bounds bounds{{-1.4, -1.4, -1.4}, {1.4, 1.4, 1.4}};
     return {render::StippleReplay(*made), render::SurfaceRays(torus.mesh->positions, torus.mesh->triangles),
