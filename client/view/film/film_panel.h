@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "client/view/files/view_files.h"
 #include "client/view/film/film_model.h"
 #include "client/view/film/film_strip.h"
-#include "client/view/files/view_files.h"
 #include "protocol/mote.pb.h"
 
 namespace mote::client {
