@@ -9,6 +9,7 @@
 
 #include "client/shared/jobs.h"
 #include "client/view/camera_control.h"
+#include "client/view/files/view_files.h"
 #include "client/view/layers/hybrid_editor.h"
 #include "client/view/layers/image_editor.h"
 #include "client/view/layers/particles_editor.h"
@@ -18,7 +19,6 @@
 #include "client/view/replot.h"
 #include "client/view/slider_values.h"
 #include "client/view/time_bar.h"
-#include "client/view/files/view_files.h"
 #include "client/view/view_model.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/particles_style.h"
