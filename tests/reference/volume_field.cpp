@@ -432,7 +432,7 @@ void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<
         const bool small = leaf.level > level_;
         const auto cell = cellOf(leaf, level);
         const double share = found->second.share(cell) * (small ? found->second.filled(cell) : 1.0);
-        const double points = std::round(255.0 * share) * leaf.evenness * (small ? 1.0 : leaf.filled);
+        const double points = std::round(255.0 * share) * leaf.evenness * leaf.filled;
         shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(points) / 255.0;
     }
 }

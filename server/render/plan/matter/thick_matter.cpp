@@ -212,18 +212,16 @@ double filled(std::span<const storage::PackedPosition> points) {
     return filled((sum / count + 0.5) / 65536.0 - 0.5, 0.25 / count);
 }
 
-/// Lumps are no volume, wherever they lie, nor is the edge of something in a leaf as large as a cell of the
-/// volume, whose level is `level`, or larger.
+/// Lumps are no volume, wherever they lie, nor is the edge of something.
 void keepLumpsAndEdges(const storage::ParticleStep& step, const std::vector<std::uint8_t>& seen,
-                       unsigned level, std::vector<std::uint8_t>& shares) {
-    const auto nodes = step.nodes();
+                       std::vector<std::uint8_t>& shares) {
     const auto leaves = step.leaves();
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t leaf) {
         if (seen[leaf] == 0 || shares[leaf] == 0) return;
         const auto points =
             step.positions(leaves.pointBegin[leaf], std::min(leaves.pointCount[leaf], mostPoints));
-        const double edge = nodes.level[leaves.node[leaf]] <= level ? filled(points) : 1.0;
-        shares[leaf] = static_cast<std::uint8_t>(std::lround(shares[leaf] * evenness(points) * edge));
+        const double volume = shares[leaf] * evenness(points) * filled(points);
+        shares[leaf] = static_cast<std::uint8_t>(std::lround(volume));
     });
 }
 
@@ -264,7 +262,7 @@ std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step, const S
         Matter(leaves, byCell, shown, CellGrid::around(low, high, level - std::min(level, 1U)),
                level == grid.level && level >= fewestLevels ? around : Look())
             .shareOut(level, level, shares);
-    keepLumpsAndEdges(step, seen, grid.level, shares);
+    keepLumpsAndEdges(step, seen, shares);
     return shares;
 }
 
