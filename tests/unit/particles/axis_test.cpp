@@ -5,7 +5,10 @@
 
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
+#include "protocol/scene/fields/facts.h"
 #include "protocol/scene/step_range.h"
+#include "storage/hybrid/hybrid_limits.h"
+#include "storage/manifest.h"
 #include "tests/unit/particles/account.h"
 #include "tests/unit/particles/job_run.h"
 #include "tests/unit/particles/quiet_progress.h"
@@ -86,6 +89,18 @@ TEST(StepSelection, WrongOnes) {
         EXPECT_FALSE(selectSteps(text, 7).ok()) << text;
     }
     EXPECT_FALSE(selectSteps("", 0).ok());
+}
+
+/// The schema says the ends that the format has.
+TEST(JobCheck, TakesWhatTheFormatHolds) {
+    const auto most = [](const google::protobuf::Descriptor& type, const char* field) {
+        return endsOf(*type.FindFieldByName(field)).value().greatest;
+    };
+    const auto& particles = *proto::ParticlesJob::descriptor();
+    EXPECT_EQ(most(particles, "volume_level"), storage::maxVolumeLevel);
+    EXPECT_EQ(most(particles, "max_level"), storage::maxOctreeLevel);
+    EXPECT_EQ(most(*proto::VolumeJob::descriptor(), "max_points"),
+              static_cast<double>(storage::maxGridSamples));
 }
 
 TEST(JobCheck, NamesTheField) {

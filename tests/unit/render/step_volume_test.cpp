@@ -82,6 +82,23 @@ double meanShare(const MemoryStep& step, const StepVolume& volume) {
     return sum / points;
 }
 
+/// The same of the leaves whose cells lie within ball()'s surface by a corner's way of theirs and of the
+/// volume's.
+double meanShareInBall(const MemoryStep& step, const StepVolume& volume) {
+    const auto leaves = step.leaves();
+    double sum = 0.0, points = 0.0;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        const CellAt at(step.nodes().level[leaves.node[i]], step.nodes().morton[leaves.node[i]]);
+        const double edge = std::ldexp(1.0, -static_cast<int>(at.level));
+        const double reach = std::sqrt(3.0) * (0.5 * edge + std::ldexp(1.0, -static_cast<int>(volume.level)));
+        if (glm::length((glm::dvec3(at.place) + 0.5) * edge - 0.5) + reach > 0.3) continue;
+        sum += leaves.pointCount[i] * volume.shareOf(i);
+        points += leaves.pointCount[i];
+    }
+    EXPECT_GT(points, 100.0);
+    return sum / points;
+}
+
 TEST(StepVolume, HoldsAllThatItsLeavesShowWhateverTheCurveAndTheCells) {
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         std::mt19937_64 random(seed);
@@ -128,7 +145,9 @@ TEST(StepVolume, ASheetIsThinHoweverItLiesAndHoweverLargeItsLeavesAre) {
         EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer, allPoints())), 0.05) << seed;
         const auto thick = MemoryStep::make(ball(50000, seed), {.leafCapacity = 64, .volumeLevel = level});
         // Leaves at its edge are half filled, and points in part.
-        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer, allPoints())), 0.85) << seed;
+        const auto volume = stepVolume(*thick, transfer, allPoints());
+        EXPECT_GT(meanShare(*thick, volume), 0.85) << seed;
+        EXPECT_GT(meanShareInBall(*thick, volume), 0.95) << seed;
     }
 }
 
@@ -253,7 +272,9 @@ TEST(StepVolume, ADenseBallAmongPointsIsAVolume) {
         auto points = ball(50000, seed);
         for (const auto& point : test::evenCloud(10000, seed + 100)) points.push_back(point);
         const auto both = MemoryStep::make(points, {.leafCapacity = 32, .volumeLevel = 5});
-        EXPECT_GT(meanShareSeen(*both, shown({{0.5, 0.0}, {0.5, 0.2}})), 0.93) << seed;  // but its edge
+        const auto transfer = shown({{0.5, 0.0}, {0.5, 0.2}});
+        EXPECT_GT(meanShareSeen(*both, transfer), 0.93) << seed;  // but its edge
+        EXPECT_GT(meanShareInBall(*both, stepVolume(*both, transfer, allPoints())), 0.95) << seed;
     }
 }
 

@@ -37,9 +37,12 @@ class LeavesByCell {
             const unsigned within = level > cells ? 3 * (level - cells) : 0;
             // The first node from `at` on that lies in another cell than the one before it.
             const auto edge = [&](std::size_t at) {
-                const auto cell = [&](std::size_t node) { return nodes_.morton[node] >> within; };
-                while (at > begin && at < begin + size && cell(at) == cell(at - 1)) ++at;
-                return at;
+                if (at == begin) return at;
+                const auto rest = nodes_.morton.subspan(at, begin + size - at);
+                const std::uint64_t cell = nodes_.morton[at - 1] >> within;
+                const auto next = std::partition_point(
+                    rest.begin(), rest.end(), [&](std::uint64_t morton) { return morton >> within == cell; });
+                return at + static_cast<std::size_t>(next - rest.begin());
             };
             tbb::parallel_for(std::size_t{0}, (size + grain - 1) / grain, [&](std::size_t part) {
                 const std::size_t end = edge(begin + std::min((part + 1) * grain, size));
