@@ -134,6 +134,8 @@ bool startedByMpi() {
 }
 
 Result<std::unique_ptr<Communicator>> joinMpi(std::function<bool()> cancelled) {
+    // hwloc looks for GPUs at every X server of the machine, and Xlib ends the program whose server goes.
+    ::setenv("HWLOC_COMPONENTS", "-gl", 0);
     // One thread at a time calls MPI, but not always the same.
     int provided = MPI_THREAD_SINGLE;
     if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided) != MPI_SUCCESS ||

@@ -46,12 +46,16 @@ unsigned threadsOf(const JobSettings& settings) {
 }
 
 /// mpirun, before the words of what it is to start. Its own files, and those of its parts, lie where TMPDIR
-/// is.
+/// is. It asks no X server for GPUs (joinMpi() says why).
 void launch(RunOrder& order, unsigned ranks) {
     order.launcher = true;
     order.scratch = order.directory / "mpi";
-    order.program = {findProgram("env").string(), "TMPDIR=" + order.scratch.string(),
-                     findProgram("mpirun").string(), "-n", std::to_string(ranks)};
+    order.program = {findProgram("env").string(),
+                     "TMPDIR=" + order.scratch.string(),
+                     "HWLOC_COMPONENTS=-gl",
+                     findProgram("mpirun").string(),
+                     "-n",
+                     std::to_string(ranks)};
     order.program.insert(order.program.end(), std::begin(kLaunch), std::end(kLaunch));
     if (::geteuid() == 0) order.program.emplace_back("--allow-run-as-root");
 }

@@ -68,7 +68,8 @@ Finished runProcess(const std::filesystem::path& program, const std::vector<std:
 
 // What mpirun needs to be told in tests, and what it started. Functions without state.
 
-/// mpirun refuses root, and more ranks than cores, unless told: tests run in both. `folder` takes its
+/// mpirun refuses root, and more ranks than cores, unless told: tests run in both. It asks no X server for
+/// GPUs, as those of other tests end meanwhile, and is not bound to cores that others use. `folder` takes its
 /// temporary files.
 inline ProcessOptions mpiEnvironment(const std::filesystem::path& folder) {
     ProcessOptions options;
@@ -76,6 +77,9 @@ inline ProcessOptions mpiEnvironment(const std::filesystem::path& folder) {
                            {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
                            {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
                            {"PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"},  // of Open MPI 5
+                           {"OMPI_MCA_hwloc_base_binding_policy", "none"},
+                           {"PRTE_MCA_hwloc_default_binding_policy", "none"},
+                           {"HWLOC_COMPONENTS", "-gl"},
                            {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
                            {"TMPDIR", folder.string()}};
     return options;

@@ -33,18 +33,6 @@ class BeamFolder {
     TempDir folder_;
 };
 
-/// Open MPI minds root, more ranks than cores, and two groups of ranks that each bind to the same cores.
-ProcessOptions mpiOptions() {
-    return {.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
-                            {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
-                            {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
-                            {"OMPI_MCA_hwloc_base_binding_policy", "none"},
-                            // The same of Open MPI 5.
-                            {"PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"},
-                            {"PRTE_MCA_hwloc_default_binding_policy", "none"}},
-            .fileSizeLimit = {}};
-}
-
 std::string withQuotes(std::string json) {
     std::replace(json.begin(), json.end(), '\'', '"');
     return json;
@@ -100,7 +88,7 @@ void Station::startRanks(int ranks, const std::vector<std::filesystem::path>& ot
     words.push_back(program("mote-server").string());
     const auto arguments = serverArguments();
     words.insert(words.end(), arguments.begin(), arguments.end());
-    server_ = std::make_unique<Process>("/usr/bin/mpirun", words, mpiOptions());
+    server_ = std::make_unique<Process>("/usr/bin/mpirun", words, mpiEnvironment(folder_.path()));
     awaitServer();
 }
 

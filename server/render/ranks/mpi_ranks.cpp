@@ -156,6 +156,8 @@ bool startedByLauncher() {
 
 std::unique_ptr<Ranks> joinRanks() {
     if (!startedByLauncher()) return nullptr;
+    // hwloc looks for GPUs at every X server of the machine, and Xlib ends the program whose server goes.
+    ::setenv("HWLOC_COMPONENTS", "-gl", 0);
     // One thread at a time calls MPI, but not always the same.
     int provided = MPI_THREAD_SINGLE;
     if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided) != MPI_SUCCESS ||
