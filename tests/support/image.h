@@ -20,7 +20,7 @@ struct Image {
     bool operator==(const Image&) const = default;
 };
 
-/// Makes the folder where it is missing. Errors: internal, with OpenImageIO's own words.
+/// Makes the folder where it is missing. Errors: internal, with libpng's own words.
 Status writePng(const Image& image, const std::filesystem::path& path);
 
 /// Errors: notFound, unsupported (not three or four channels of 8 bits).
