@@ -35,21 +35,6 @@ constexpr unsigned mostAttempts = 2;
 /// After so many that failed one after the other, the rest is not tried.
 constexpr unsigned mostFailuresInRow = 3;
 
-bool keepsStrokes(const proto::View& view) {
-    return std::any_of(view.layers().begin(), view.layers().end(),
-                       [](const auto& layer) { return layer.ink().coherent(); });
-}
-
-/// Tells whether a picture keeps strokes of the one before it.
-bool remembersStrokes(const Film& film) {
-    constexpr std::size_t looks = 1000;
-    const std::size_t stride = film.continuous() ? std::max<std::size_t>(1, film.frameCount() / looks) : 1;
-    for (std::size_t i = 0; i < film.frameCount(); i += stride) {
-        if (keepsStrokes(film.frame(i))) return true;
-    }
-    return false;
-}
-
 Error forgotten() {
     return {
         ErrorCode::internal, "",
@@ -71,10 +56,9 @@ FilmRun::FilmRun(const FilmOrder& order, std::vector<PictureServer*> servers, st
       sink_(sink),
       wakeup_(wakeup),
       interrupt_(interrupt),
-      remembers_(remembersStrokes(order.film)),
       finishing_(sink, finishingThreads, [&wakeup] { wakeup(); }),
       reports_(order.json) {
-    if (remembers_) servers.resize(1);
+    if (order.keepsStrokes) servers.resize(1);
     for (auto* const server : servers) places_.push_back({server, {}, server->returns()});
 }
 
@@ -127,7 +111,7 @@ std::optional<std::size_t> FilmRun::nextFrame() {
 
 Status FilmRun::askMore() {
     for (auto& place : places_) {
-        if (place.returns != place.server->returns() && remembers_) return forgotten();
+        if (place.returns != place.server->returns() && order_.keepsStrokes) return forgotten();
     }
     // Turn by turn, so that frames come in about their order.
     for (bool asked = true; asked;) {
@@ -160,7 +144,7 @@ Status FilmRun::ask(Place& place, std::size_t index) {
     if (order_.resume && sink_.has(index, open->key, open->report.width, open->report.height)) {
         sink_.there(index);
         ++done_;
-        if (!remembers_) return success();
+        if (!order_.keepsStrokes) return success();
         open->keep = false;
     }
     if (open->keep) reports_.expect(index);
@@ -216,7 +200,7 @@ Status FilmRun::received(Open& open, ReceivedFrame frame) {
 /// Tells whether a frame shows what the one before it shows, which is not there yet.
 bool FilmRun::isLikeLast(const std::string& key) const {
     const auto last = last_.lock();
-    return last && !remembers_ && last->key == key && last->alike.size() < mostAlike;
+    return last && !order_.keepsStrokes && last->key == key && last->alike.size() < mostAlike;
 }
 
 /// The frames that it was to be.
@@ -226,7 +210,7 @@ void FilmRun::askAgain(const Open& open) {
 }
 
 Status FilmRun::failed(std::size_t index, const Error& error) {
-    if (++attempts_[index] < mostAttempts && !remembers_) {
+    if (++attempts_[index] < mostAttempts && !order_.keepsStrokes) {
         again_.push_back(index);
         return success();
     }
@@ -290,8 +274,13 @@ proto::Script withCoherentInk(proto::Script script) {
     return script;
 }
 
-/// Tells whether one server draws all of a script.
-bool isOfOneServer(const proto::Script& script) {
+bool keepsStrokes(const proto::View& view) {
+    return std::any_of(view.layers().begin(), view.layers().end(),
+                       [](const auto& layer) { return layer.ink().coherent(); });
+}
+
+/// Tells whether a picture of a script keeps strokes of the one before it: one server draws them all.
+bool keepsStrokes(const proto::Script& script) {
     const auto any = [](const auto& parts, const auto& viewOf) {
         return std::any_of(parts.begin(), parts.end(),
                            [&](const auto& part) { return keepsStrokes(viewOf(part)); });
@@ -530,8 +519,9 @@ Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Fi
         std::make_unique<VideoFile>(options.video, *video, film.frameCount(), key, std::move(pictures)));
 }
 
-FilmOrder orderOf(const FramesOptions& options, const Film& film) {
-    FilmOrder order{film};
+/// `keepsStrokes`: as its script says.
+FilmOrder orderOf(const FramesOptions& options, const Film& film, bool keepsStrokes) {
+    FilmOrder order{film, keepsStrokes};
     order.format = options.video.empty() || options.keepFrames ? options.format : PictureFormat::png;
     if (options.page.format() != proto::Page::FORMAT_UNSPECIFIED) order.page = options.page;
     order.exposure = options.exposure;
@@ -552,8 +542,9 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
                 const Interrupt& interrupt) {
     Wakeup wakeup;
     auto fitted = withCoherentInk(script);
-    const unsigned jobs = isOfOneServer(fitted) ? 1U : options.jobs;
-    MOTE_ASSIGN_OR_RETURN(const auto servers, openServers(options, jobs, wakeup, interrupt));
+    const bool keeps = keepsStrokes(fitted);
+    MOTE_ASSIGN_OR_RETURN(const auto servers,
+                          openServers(options, keeps ? 1U : options.jobs, wakeup, interrupt));
     MOTE_ASSIGN_OR_RETURN(const auto known, askAll(servers, script));
     const auto inScript = [&](const Error& error) {
         return Error{error.code, fmt::format("{}: {}", name, error.where), error.message};
@@ -572,7 +563,7 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
     }
     MOTE_ASSIGN_OR_RETURN(const auto sink, sinkOf(options, *film, key));
     MOTE_RETURN_IF_ERROR(sink->open(options.resume));
-    const auto order = orderOf(options, *film);
+    const auto order = orderOf(options, *film, keeps);
     std::vector<PictureServer*> places;
     for (const auto& server : servers) places.push_back(server.get());
     ProgressBar bar(!options.quiet, options.progressDescriptor);

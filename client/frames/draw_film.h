@@ -27,6 +27,7 @@ namespace mote::client {
 
 struct FilmOrder {
     const Film& film;
+    bool keepsStrokes = false;                  ///< each frame is drawn from the one before it, by one server
     PictureFormat format = PictureFormat::png;  ///< decides what pixels are asked for
     std::optional<proto::Page> page = {};       ///< of documents
     ExposureSettings exposure = {};
@@ -87,7 +88,6 @@ class FilmRun {
     FrameSink& sink_;
     Wakeup& wakeup_;
     const Interrupt& interrupt_;
-    const bool remembers_;  // each frame is drawn from the one before it
     FinishingThreads finishing_;
     ReportLines reports_;
 

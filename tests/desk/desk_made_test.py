@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A person has pictures and plots made: docs/VIEWER.md, "What a person does"."""
+import json
 import os
 import pathlib
 import signal
@@ -199,6 +200,31 @@ class DeskMade(DeskCase):
         viewer.until(lambda: lit().sum() < 30, "their end")
 
     def test_100_the_axis_of_densities_is_linear(self):
+    def test_113_strokes_of_a_film_stay(self):
+        viewer = self.viewer("--view", self.saved("ink.json", {"layers": [{"dataset": "data/magnet", "ink": {}}]}))
+        viewer.see("exact", within=(PANEL, 60, 1280, 110))
+        viewer.key("k")
+        viewer.press("Add keyframe")
+        viewer.drag((300, 150), (340, 150))
+        viewer.press("Add keyframe")
+        viewer.until(lambda: len(viewer.desk()["film"]["keyframes"]) == 2, "another")
+        viewer.press("Make film")
+
+        def asked():
+            """The script of the film, as its job has it."""
+            for path in (self.folder / "server" / "jobs").glob("*/request.json"):
+                request = json.loads(path.read_text(encoding="utf-8"))
+                if "magnet" in json.dumps(request.get("film", {})):
+                    return request["film"]["script"]
+            return None
+
+        # A film is coherent unless it says that it is not: this one says nothing.
+        inks = [keyframe["view"]["layers"][0]["ink"] for keyframe in viewer.until(asked, "the job")["keyframes"]]
+        self.assertEqual(len(inks), 2)
+        for ink in inks:
+            self.assertNotIn("coherent", ink)
+        viewer.press("Cancel")
+
         viewer = self.beam()
         viewer.wheel(1100, 600, -6)
         panel = (PANEL, 0, 1280, 690)

@@ -86,10 +86,12 @@ TEST_F(Ink, DrawsTheOutlineAndHatchesWhatIsDark) {
 
 /// Each frame follows from the one before it, where that is not said; by one server, however many there are.
 TEST_F(Ink, FilmsAreCoherentUnlessTheySayOtherwise) {
+    const auto filmOf = [](const std::string& style) {
+        return "{'fps': 20, 'view': " + ballView(style) +
+               ", 'moves': [{'turn': {'degrees': 12}, 'seconds': 0.2}]}";
+    };
     const auto last = [&](const std::string& style, const std::vector<std::string>& more) {
-        const auto done = station_.frames("{'fps': 20, 'view': " + ballView(style) +
-                                              ", 'moves': [{'turn': {'degrees': 12}, 'seconds': 0.2}]}",
-                                          more);
+        const auto done = station_.frames(filmOf(style), more);
         EXPECT_EQ(done.status, 0) << done.errors;
         return picture("frame-000003.png").pixels;
     };
@@ -100,6 +102,18 @@ TEST_F(Ink, FilmsAreCoherentUnlessTheySayOtherwise) {
     EXPECT_TRUE(usual == last("", two));
     const auto independent = last("'coherent': false", {});
     EXPECT_FALSE(usual == independent);
+    // So does a film that the server makes.
+    const std::vector<std::string> there{"--connect", station_.connection().string(), "--quiet"};
+    const auto said = [&](std::vector<std::string> words) {
+        words.insert(words.end(), there.begin(), there.end());
+        const auto done = runProcess(program("mote-frames"), words);
+        EXPECT_EQ(done.status, 0) << done.errors;
+        return done.output.substr(0, 16);
+    };
+    const auto job = said({station_.writeScript(filmOf("")).string(), "--detach"});
+    said({"--follow", job});
+    said({"--fetch", job, "--out", station_.out().string()});
+    EXPECT_TRUE(usual == picture("frame-000003.png").pixels);
     // A list of views is pictures by themselves.
     const auto listed = [&](const std::string& style) {
         EXPECT_EQ(station_.frames(scriptOf({ballView(style), ballView(style)})).status, 0);
@@ -190,12 +204,6 @@ TEST_F(Ink, SaysWhatIsWrong) {
         HasSubstr("ink.silhouettes.mode: \"some\" is not known: there are none, all, important, adjusted"));
     const auto number = station_.frames(scriptOf({ballView("'reading': 0")}));
     EXPECT_THAT(number.errors, HasSubstr("ink.reading"));
-    writeBall(station_.root() / "dots.mote", 1000);
-    const auto kind = station_.frames(
-        scriptOf({"{'width': 32, 'height': 24, 'layers': [{'dataset': 'data/dots', 'ink': {}}]}"}));
-    EXPECT_THAT(kind.errors,
-                HasSubstr("layers[0].dataset: \"data/dots\" is of kind \"stipple\", not a mesh, a "
-                          "hybrid volume or particles"));
     const auto curve = station_.frames(scriptOf({ballView("'curve': [{'value': 0, 'opacity': 1}]")}));
     EXPECT_THAT(curve.errors, HasSubstr("layers[0].ink.curve: a curve is of a volume or of particles"));
 }
