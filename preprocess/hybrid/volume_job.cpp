@@ -434,18 +434,17 @@ class Job {
         }
         MOTE_RETURN_IF_ERROR(findRanges());
         auto manifest = describeVolume(request_, given_, output_, shape_, plan_, range_);
-        if (takenForPatient(manifest)) {
-            progress_.note(
-                "it says no space; its slices are taken to lie as scanners write them, from feet to head "
-                "with "
-                "the back last: --up and --front say where it stands otherwise");
-        }
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
             auto entry = makeStep(step, dataset.directory());
             if (!entry.ok()) return inInput(step, entry.error());
             MOTE_RETURN_IF_ERROR(
                 agree(ranks_, ranks_.first() ? addFiles(*entry, dataset.writer()) : success()));
             *manifest.mutable_hybrid()->add_steps() = *std::move(entry);
+        }
+        if (takenForPatient(manifest)) {
+            progress_.note(
+                "it says no space; its slices are taken to lie as scanners write them, from feet to head "
+                "with the back last: --up and --front say where it stands otherwise");
         }
         const auto& notes = progress_.notes();
         manifest.mutable_hybrid()->mutable_notes()->Assign(notes.begin(), notes.end());

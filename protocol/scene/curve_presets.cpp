@@ -89,6 +89,34 @@ class CountBetween {
 
 constexpr double leastBone = 150.0, surelyBone = 290.0;  // HU
 
+/// Whether values of which none is air are those of a patient.
+bool isTissue(std::span<const std::uint64_t> histogram, const ValueRange& values) {
+    constexpr double light = -200.0, dense = 250.0, window = 20.0, widestBin = 40.0;
+    if (histogram.empty()) return false;
+    const CountBetween count(histogram, values);
+    const double tissue = count(light, dense), lighter = count(values.low, light);
+    const double denser = count(dense, values.high);
+    if (count.binWidth() > widestBin || tissue < lighter + denser || denser < lighter) return false;
+    double most = 0.0, usual = light;
+    for (double at = light; at < dense; at += 0.25 * window) {
+        const double here = count(at - 0.5 * window, at + 0.5 * window);
+        if (here <= most) continue;
+        most = here;
+        usual = at;
+    }
+    return (usual >= -130.0 && usual <= -60.0) || (usual >= 15.0 && usual <= 120.0);
+}
+
+/// The preset that shows most of a patient.
+std::string_view bestOf(std::span<const std::uint64_t> histogram, const ValueRange& values, double bones) {
+    constexpr double fewest = 1.0 / 2000.0;  // of what is no air
+    constexpr double air = -950.0, lung = -500.0, fat = -200.0;
+    if (histogram.empty()) return "bones";
+    const CountBetween count(histogram, values);
+    if (count(bones, values.high) >= fewest * count(lung, values.high)) return "bones";
+    return count(air, lung) > count(fat, values.high) ? "lungs" : "soft tissue";
+}
+
 }  // namespace
 
 double boneThreshold(std::span<const std::uint64_t> histogram, const ValueRange& values) {
@@ -112,14 +140,22 @@ double boneThreshold(std::span<const std::uint64_t> histogram, const ValueRange&
     return least;
 }
 
+double highestShown(std::span<const std::uint64_t> histogram, const ValueRange& values) {
+    constexpr double below = 0.9999;
+    return histogram.empty() ? values.high : Quantiles(histogram, values, 0)(below);
+}
+
 ValueRange readableColors(const ValueRange& knots) {
     constexpr double darkest = 0.4;  // of the colour map
     return {knots.low - (knots.high - knots.low) * darkest / (1.0 - darkest), knots.high};
 }
 
-bool inHounsfieldUnits(std::string_view unit, const ValueRange& values) {
+bool inHounsfieldUnits(std::string_view unit, const ValueRange& values,
+                       std::span<const std::uint64_t> histogram) {
     if (!unit.empty()) return unit == "HU";
-    return values.low >= -3100.0 && values.low <= -900.0 && values.high >= 300.0 && values.high <= 33000.0;
+    if (!(values.high >= 300.0 && values.high <= 33000.0)) return false;
+    if (values.low >= -3100.0 && values.low <= -900.0) return true;
+    return values.low > -900.0 && values.low <= -50.0 && isTissue(histogram, values);
 }
 
 std::span<const CurvePreset> tomographyPresets() {
@@ -187,12 +223,16 @@ std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogr
 std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& values,
                                    std::span<const std::uint64_t> histogram) {
     std::vector<CurvePreset> presets;
-    if (inHounsfieldUnits(unit, values)) {
+    if (inHounsfieldUnits(unit, values, histogram)) {
         const auto tomography = tomographyPresets();
         presets.assign(tomography.begin(), tomography.end());
+        const double bones = boneThreshold(histogram, values);
         for (auto& knot : presets.front().knots) {
-            if (knot.x == surelyBone) knot.x = boneThreshold(histogram, values);
+            if (knot.x == surelyBone) knot.x = bones;
         }
+        std::ranges::stable_partition(presets, [best = bestOf(histogram, values, bones)](const auto& each) {
+            return each.name == best;
+        });
     }
     constexpr std::array<std::uint64_t, 1> unknown{1};
     auto others = histogramPresets(histogram.empty() ? unknown : histogram, values);

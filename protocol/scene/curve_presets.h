@@ -24,8 +24,11 @@ struct CurvePreset {
 };
 
 /// Whether values are Hounsfield units: by their unit, or, where it is not said, by what they span: air is
-/// -1000, water 0, and bones are 300 to 3000.
-bool inHounsfieldUnits(std::string_view unit, const ValueRange& values);
+/// -1000, water 0, and bones are 300 to 3000. A part of a patient may have no air: it is known by its
+/// histogram, of which half at least is tissue, most of it fat (-130 to -60) or muscles and organs (15 to
+/// 120), and more is denser than that than lighter.
+bool inHounsfieldUnits(std::string_view unit, const ValueRange& values,
+                       std::span<const std::uint64_t> histogram = {});
 
 /// Bones, vessels (with a contrast agent), soft tissue, skin, lungs.
 std::span<const CurvePreset> tomographyPresets();
@@ -45,7 +48,12 @@ std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogr
 /// has the part of the map that can be read on black.
 ValueRange readableColors(const ValueRange& knots);
 
-/// Those that suit values, the best first; one at least, also without a histogram.
+/// Up to which value a picture of the greatest values has different colours: a 10,000th of all values lies
+/// above it. `values.high` without a histogram.
+double highestShown(std::span<const std::uint64_t> histogram, const ValueRange& values);
+
+/// Those that suit values, the best first; one at least, also without a histogram. Of a patient: bones if a
+/// 2000th of what is no air is, else lungs or soft tissue, of whichever there is more.
 std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& values,
                                    std::span<const std::uint64_t> histogram);
 

@@ -49,7 +49,7 @@ struct Kind {
 
 constexpr std::array particleLayers{proto::Layer::kParticles, proto::Layer::kInk};
 constexpr std::array hybridLayers{proto::Layer::kHybrid, proto::Layer::kInk};
-constexpr std::array stippleLayers{proto::Layer::kStipple};
+constexpr std::array stippleLayers{proto::Layer::kStipple, proto::Layer::kInk, proto::Layer::kMesh};
 constexpr std::array meshLayers{proto::Layer::kMesh, proto::Layer::kInk};
 constexpr std::array imageLayers{proto::Layer::kImage};
 constexpr std::span<const proto::Layer::KindCase> noLayers;
@@ -108,8 +108,13 @@ std::optional<glm::dvec3> findDirection(std::string_view name) {
 
 bool takenForPatient(const proto::Manifest& manifest) {
     const auto& hybrid = manifest.hybrid();
+    std::span<const std::uint64_t> histogram;
+    if (!hybrid.steps().empty()) {
+        const auto& bins = hybrid.steps(0).histogram();
+        histogram = {bins.data(), static_cast<std::size_t>(bins.size())};
+    }
     return manifest.kind() == "hybrid" && hybrid.space().empty() && manifest.up().empty() &&
-           inHounsfieldUnits(hybrid.value_unit(), {hybrid.value_min(), hybrid.value_max()});
+           inHounsfieldUnits(hybrid.value_unit(), {hybrid.value_min(), hybrid.value_max()}, histogram);
 }
 
 /// Patients stand, and are seen from before.

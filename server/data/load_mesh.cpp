@@ -53,11 +53,19 @@ Result<Loadable<render::MeshSurface>::Value> read(const storage::Catalogue::Entr
 
 }  // namespace
 
+bool hasMesh(const proto::Manifest& manifest) {
+    return manifest.kind() == "mesh" ||
+           (manifest.kind() == "stipple" && manifest.stipple().domain() == proto::StippleManifest::SURFACE);
+}
+
 Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry,
                                                   const HalfSpaces& clips) {
-    if (entry.manifest->kind() != "mesh") {
+    if (!hasMesh(*entry.manifest)) {
+        const auto& kind = entry.manifest->kind();
         return Error{ErrorCode::invalidArgument, "dataset",
-                     fmt::format("\"{}\" is of kind \"{}\", not a mesh", entry.name, entry.manifest->kind())};
+                     kind == "stipple"
+                         ? fmt::format("the points of \"{}\" lie on the plane: there is no mesh", entry.name)
+                         : fmt::format("\"{}\" is of kind \"{}\", not a mesh", entry.name, kind)};
     }
     const auto& mesh = entry.manifest->mesh();
     // While it is cut there are the mesh before and after, and a triangle may become two.

@@ -8,7 +8,10 @@
 
 namespace mote::server {
 
-/// A mesh to be drawn, without what clips cut away. Errors: invalidArgument (a dataset of another kind).
+/// Whether a dataset holds a mesh: one of its kind, or a stippled surface, beside its dots.
+bool hasMesh(const proto::Manifest& manifest);
+
+/// A mesh to be drawn, without what clips cut away. Errors: invalidArgument (a dataset without one).
 Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry,
                                                   const HalfSpaces& clips = {});
 

@@ -52,7 +52,7 @@ LayerPart coherent(LayerPart part) {
 Result<LayerPart> inkOf(const proto::InkStyle& style, const storage::Catalogue::Entry& entry,
                         const LayerRequest& asked) {
     const auto& kind = entry.manifest->kind();
-    if (kind == "mesh") return inkOfMesh(style, entry, asked);
+    if (hasMesh(*entry.manifest) || kind == "stipple") return inkOfMesh(style, entry, asked);
     if (kind == "hybrid") return hybridPart(HybridRepresentation::best, asked);
     if (kind == "particles") return inkOfParticles(entry, asked);
     return Error{
@@ -67,7 +67,7 @@ Result<bool> shownOf(const proto::InkStyle& style, const ShownLayer& shown, Step
     MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(shown.layer.dataset));
     const auto& kind = entry.manifest->kind();
     // That a dataset is of another kind is said when it is drawn.
-    if (kind == "mesh") return shownOf(MeshStyle(), shown, data, fit);
+    if (hasMesh(*entry.manifest)) return shownOf(MeshStyle(), shown, data, fit);
     if (kind != "hybrid" && kind != "particles") return true;
     MOTE_ASSIGN_OR_RETURN(const auto field, data.get(kind == "hybrid" ? hybridStep(entry, shown.step,
                                                                                    HybridRepresentation::best)

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <set>
 
 #include "protocol/scene/srgb.h"
 #include "tests/e2e/station.h"
@@ -79,6 +81,32 @@ TEST_F(Stipples, ShareTheirDepthWithTheBeam) {
     const auto alone = litIn(picture("frame-000000.png")), both = litIn(picture("frame-000001.png"));
     EXPECT_GT(both.inside, alone.inside);
     EXPECT_GT(litIn(picture("frame-000002.png")).inside, both.inside);  // the far side of the ball, too
+}
+
+/// The surface under the dots, as a drawing or as a mesh.
+TEST_F(Stipples, HaveSilhouettesWhereTheyAreAskedFor) {
+    const std::string lines = "{'dataset': 'data/ball', 'ink': {'hatch': {'strength': 0}}}, ";
+    const auto done = station_.frames(
+        scriptOf({dottedBallView("'spacingPixels': 12"), dottedBallView("'spacingPixels': 12", lines),
+                  "{'width': 300, 'height': 300, 'layers': [{'dataset': 'data/ball', 'mesh': {}}]}"}));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    // Of 72 parts of the rim, how many have any light.
+    const auto litParts = [](const Image& image) {
+        std::set<int> parts;
+        for (std::uint32_t y = 0; y < image.height; ++y) {
+            for (std::uint32_t x = 0; x < image.width; ++x) {
+                if (image.pixels[4 * (std::size_t{y} * image.width + x)] < 64) continue;
+                const double across = x - 149.5, down = y - 149.5;
+                if (std::abs(std::hypot(across, down) - 100.0) > 1.5) continue;
+                parts.insert(
+                    static_cast<int>(std::floor(36.0 * std::atan2(down, across) / std::numbers::pi)));
+            }
+        }
+        return parts.size();
+    };
+    EXPECT_LT(litParts(picture("frame-000000.png")), 60U);
+    EXPECT_GE(litParts(picture("frame-000001.png")), 72U);
+    EXPECT_GT(litIn(picture("frame-000002.png")).inside, 20000);
 }
 
 TEST_F(Stipples, LieOnTheMeshThatHidesWhatIsBehindIt) {
@@ -223,6 +251,22 @@ TEST_F(Photographs, hasItsTones) {
 }
 
 /// As many dots as the tone asks for: 200^2 pixels at 2 / (sqrt(3) 8^2) a pixel are 721.7.
+TEST_F(Photographs, haveNoSurface) {
+    const auto refused = [&](const char* dataset, const char* style) {
+        return station_
+            .frames(scriptOf({fmt::format(
+                "{{'width': 30, 'height': 30, 'layers': [{{'dataset': 'data/{}', '{}': {{}}}}]}}", dataset,
+                style)}))
+            .errors;
+    };
+    for (const char* style : {"ink", "mesh"}) {
+        EXPECT_THAT(refused("plane", style),
+                    HasSubstr("the points of \"data/plane\" lie on the plane: there is no mesh"));
+    }
+    EXPECT_THAT(refused("halves", "ink"),
+                HasSubstr("\"data/halves\" is of kind \"image\", not a mesh, a hybrid volume or particles"));
+}
+
 TEST_F(Photographs, areCirclesOnPaper) {
     const auto done =
         station_.frames(scriptOf({photograph()}), {"--format", "svg", "--page", "100x60", "--dot", "0.5"});

@@ -27,14 +27,10 @@ Interval valuesOf(const proto::HybridManifest& manifest) {
     return {low, high > low ? high : low + 1.0};
 }
 
-std::vector<CurvePreset> presetsFor(const proto::HybridManifest& manifest, std::string_view unit) {
-    const Interval values = valuesOf(manifest);
-    std::span<const std::uint64_t> histogram;
-    if (!manifest.steps().empty()) {
-        const auto& bins = manifest.steps(0).histogram();
-        histogram = {bins.data(), static_cast<std::size_t>(bins.size())};
-    }
-    return presetsOf(unit, {values.low, values.high}, histogram);
+std::span<const std::uint64_t> histogramOf(const proto::HybridManifest& manifest) {
+    if (manifest.steps().empty()) return {};
+    const auto& bins = manifest.steps(0).histogram();
+    return {bins.data(), static_cast<std::size_t>(bins.size())};
 }
 
 void writeCurve(const KnotCurve& curve, proto::HybridStyle& style) {
@@ -175,11 +171,11 @@ void drawLight(HybridControls& controls, PanelActions& actions) {
 
 HybridControls::HybridControls() {
     read(shownOf({}));
-    loaded_ = false;
 }
 
 std::vector<CurvePreset> HybridControls::presets(const proto::HybridManifest& manifest) {
-    return presetsFor(manifest, manifest.value_unit());
+    const Interval values = valuesOf(manifest);
+    return presetsOf(manifest.value_unit(), {values.low, values.high}, histogramOf(manifest));
 }
 
 void HybridControls::setDataset(const proto::HybridManifest& manifest) {
@@ -188,24 +184,25 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     const bool same = manifest.value_unit() == valuesUnit_ && values == values_;
     values_ = values;
     valuesUnit_ = manifest.value_unit();
+    highest_ = highestShown(histogramOf(manifest), {values.low, values.high});
     curve.setValues(values);
     if (same) return;
-    if (!first) loaded_ = ownCurve_ = ownMap = ownColorRange = false;
+    if (!first) ownCurve_ = ownMap = ownColorRange = false;
     takeUnsaid(manifest);
 }
 
 void HybridControls::takeUnsaid(const proto::HybridManifest& manifest) {
     if (!ownCurve_) {
-        // A server draws a curve that a view leaves out by the values alone.
-        const auto preset = loaded_ ? presetsFor(manifest, "").front() : presets(manifest).front();
+        const auto preset = presets(manifest).front();
         curve.take(preset.knots, ownMap ? std::vector<KnotCurve::Color>() : preset.colors);
     }
     if (!ownColorRange) colorRange = {values_.low, values_.high};
 }
 
 Interval HybridControls::mapOver(const Interval& extent) const {
-    if (ownMap) return extent;
-    const ValueRange readable = readableColors({extent.low, extent.high});
+    const double high = rest.shows() == "maximum" ? std::max(extent.high, highest_) : extent.high;
+    if (ownMap) return {extent.low, high};
+    const ValueRange readable = readableColors({extent.low, high});
     return {readable.low, readable.high};
 }
 
@@ -237,7 +234,6 @@ void HybridControls::write(proto::HybridStyle& style) const {
 void HybridControls::read(const proto::HybridStyle& message) {
     const auto style = hybridStyleOf(parseHybridStyle(message).value());
     readCurve(message, curve);
-    loaded_ = true;
     ownCurve_ = !message.curve().empty();
     values_ = {0.0, 0.0};
     ownMap = !message.color_map().empty();

@@ -48,10 +48,10 @@ struct HybridControls {
     Interval mapOver(const Interval& extent) const;
     void takeUnsaid(const proto::HybridManifest& manifest);
 
-    bool loaded_ = false;        // from a view; otherwise begun here
     bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
     std::string valuesUnit_;     // of the dataset for which the curve is
     Interval values_{0.0, 0.0};  // likewise; empty before the first dataset
+    double highest_ = 0.0;       // of greatest values, that has a colour of its own
 };
 class HybridEditor final : public LayerEditor {
   public:

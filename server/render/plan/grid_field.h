@@ -13,6 +13,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "protocol/scene/bounds.h"
@@ -69,6 +70,7 @@ struct GridField {
     storage::StepOrigin origin;     ///< without a file where it was made in memory
     glm::dmat4 boxToLayer{1.0};     ///< the volume's box as [0, 1]^3 to layer space
     ValueRange range{0.0, 1.0};     ///< of the codes 0 and 65535, in the source's unit
+    std::string unit;               ///< of a value: "HU"; empty: not known
     std::vector<double> histogram;  ///< of the source's values, even bins over the range; may be empty
     SampleGrid coarse;
     /// What the bricks were made of: residual or points; volume without any. Never `best`.

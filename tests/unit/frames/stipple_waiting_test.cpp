@@ -232,7 +232,8 @@ TEST_F(StippleWaiting, WrongDatasetsAreSaidAtOnce) {
     expectError("{'dataset': 'ball', 'image': {}}", "dataset", "not an image");
     expectError("{'dataset': 'plane', 'stipple': {}}", "dataset", "an image, which is not given");
     expectError("{'dataset': 'ball', 'stipple': {'image': 'image'}}", "dataset", "of the plane");
-    expectError("{'dataset': 'ball', 'mesh': {}}", "dataset", "not a mesh");
+    expectError("{'dataset': 'image', 'mesh': {}}", "dataset", "not a mesh");
+    expectError("{'dataset': 'plane', 'mesh': {}}", "dataset", "there is no mesh");
     expectError("{'dataset': 'plane', 'stipple': {'image': 'none'}}", "stipple.image", "none");
     expectError("{'dataset': 'plane', 'stipple': {'image': 'ball'}}", "stipple.image", "not an image");
 }

@@ -6,6 +6,7 @@
 #include <array>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
 #include "server/render/layers/make_frame_plan.h"
@@ -86,6 +87,35 @@ TEST(LowerHybrid, ACurveWithoutColoursCanBeRead) {
     proto::HybridStyle ranged;
     for (const double end : {grid->range.low, grid->range.high}) ranged.add_color_range(end);
     expectColor(colorAt(0.5, ranged), viridis(0.5));
+}
+
+TEST(LowerHybrid, GreatestValuesHaveColoursUpToTheHighest) {
+    GridField field = *machine(volume);
+    field.range = {0.0, 256.0};
+    field.histogram.assign(256, 0.0);
+    for (std::size_t bin = 0; bin < 200; ++bin) field.histogram[bin] = bin < 100 ? 1000.0 : 10.0;
+    field.histogram[255] = 1.0;  // one that stands out
+    proto::HybridStyle style;
+    for (const double knot : {50.0, 100.0}) style.add_curve()->set_value(knot);
+    const auto viridis = ColorMap::find("viridis").value();
+    const auto colorAt = [&](double value) {
+        return transferOf(hybridStyleOf(*parseHybridStyle(style)), field).color(value);
+    };
+    EXPECT_LT(glm::distance(colorAt(100.0), viridis(1.0)), 1e-6);
+    style.set_shows("maximum");
+    EXPECT_LT(glm::distance(colorAt(50.0), viridis(0.4)), 1e-6);
+    EXPECT_LT(glm::distance(colorAt(125.0), viridis(0.7)), 0.01);
+    EXPECT_LT(glm::distance(colorAt(200.0), viridis(1.0)), 1e-6);
+    style.set_color_map("viridis");
+    EXPECT_LT(glm::distance(colorAt(125.0), viridis(0.5)), 0.01);
+}
+
+TEST(LowerHybrid, TheUnitOfValuesDecidesTheDefaultCurve) {
+    GridField field = *machine(volume);
+    field.range = {0.0, 255.0};
+    EXPECT_LT(defaultOpacity(field).knots().front().x, 255.0);
+    field.unit = "HU";
+    EXPECT_EQ(defaultOpacity(field).knots().front().x, 290.0);
 }
 
 TEST(LowerHybrid, ALayerThatFadesIsThinned) {

@@ -79,6 +79,58 @@ std::vector<std::uint64_t> bodyWithBones(double fall) {
     return bins;
 }
 
+/// Values around middles, each with its share and its spread, in 256 bins over a range.
+struct Hump {
+    double middle, share, spread;
+};
+std::vector<std::uint64_t> humps(const ValueRange& values, const std::vector<Hump>& all) {
+    std::vector<std::uint64_t> bins(256, 0);
+    for (std::size_t i = 0; i < bins.size(); ++i) {
+        const double at = values.low + (static_cast<double>(i) + 0.5) / 256.0 * (values.high - values.low);
+        for (const auto& [middle, share, spread] : all)
+            bins[i] += static_cast<std::uint64_t>(
+                1e6 * share * std::exp(-0.5 * (at - middle) * (at - middle) / (spread * spread)));
+    }
+    return bins;
+}
+
+constexpr Hump fatOfPatient{-95.0, 0.4, 25.0}, muscles{55.0, 0.5, 25.0}, bonesOfPatient{450.0, 0.05, 250.0};
+
+TEST(CurvePresets, APartOfAPatientWithoutAirIsKnownByItsTissue) {
+    for (const ValueRange& values : {ValueRange{-150.0, 1270.0}, ValueRange{-438.0, 1288.0}}) {
+        const auto part = humps(values, {fatOfPatient, muscles, bonesOfPatient});
+        EXPECT_TRUE(inHounsfieldUnits("", values, part));
+        EXPECT_FALSE(inHounsfieldUnits("K", values, part));
+        EXPECT_FALSE(inHounsfieldUnits("", values));
+        EXPECT_EQ(presetsOf("", values, part).front().name, "bones");
+    }
+    const ValueRange values{-438.0, 1288.0};
+    const auto noise = humps(values, {{0.0, 0.5, 60.0}});
+    EXPECT_FALSE(inHounsfieldUnits("", values, noise)) << "most is water";
+    EXPECT_FALSE(inHounsfieldUnits("", values, humps(values, {muscles, {600.0, 0.5, 200.0}})))
+        << "most is no tissue";
+    EXPECT_FALSE(inHounsfieldUnits("", values, humps(values, {muscles, {-300.0, 0.1, 30.0}})))
+        << "more is lighter than denser";
+    EXPECT_FALSE(inHounsfieldUnits("", {-438.0, 290.0}, humps({-438.0, 290.0}, {muscles})));
+    EXPECT_FALSE(inHounsfieldUnits("", {-438.0, 30000.0}, humps({-438.0, 30000.0}, {muscles})))
+        << "bins are too wide to tell";
+}
+
+TEST(CurvePresets, APatientIsShownByWhatThereIs) {
+    const ValueRange values{-1000.0, 1560.0};
+    const Hump air{-1000.0, 1.0, 20.0}, lung{-800.0, 0.9, 80.0};
+    const auto best = [&](const std::vector<Hump>& all) {
+        return presetsOf("HU", values, humps(values, all)).front().name;
+    };
+    EXPECT_EQ(best({air, fatOfPatient, muscles, bonesOfPatient}), "bones");
+    EXPECT_EQ(best({air, fatOfPatient, muscles}), "soft tissue");
+    EXPECT_EQ(best({air, muscles, {1000.0, 1e-5, 20.0}}), "soft tissue") << "a few specks";
+    EXPECT_EQ(best({lung, {50.0, 0.1, 25.0}}), "lungs");
+    EXPECT_EQ(presetsOf("HU", values, {}).front().name, "bones");
+    EXPECT_EQ(presetsOf("HU", values, humps(values, {muscles})).size(),
+              presetsOf("HU", values, bodyWithBones(170.0)).size());
+}
+
 TEST(CurvePresets, BonesBeginWhereNothingElseIs) {
     const ValueRange values{-1000.0, 1560.0};
     for (const double fall : {120.0, 170.0, 300.0})

@@ -15,7 +15,8 @@ TEST(Dataset, EachKindHasItsLayer) {
     using testing::ElementsAre;
     EXPECT_THAT(layersThatDraw("particles"), ElementsAre(proto::Layer::kParticles, proto::Layer::kInk));
     EXPECT_THAT(layersThatDraw("hybrid"), ElementsAre(proto::Layer::kHybrid, proto::Layer::kInk));
-    EXPECT_THAT(layersThatDraw("stipple"), ElementsAre(proto::Layer::kStipple));
+    EXPECT_THAT(layersThatDraw("stipple"),
+                ElementsAre(proto::Layer::kStipple, proto::Layer::kInk, proto::Layer::kMesh));
     EXPECT_THAT(layersThatDraw("mesh"), ElementsAre(proto::Layer::kMesh, proto::Layer::kInk));
     EXPECT_THAT(layersThatDraw("image"), ElementsAre(proto::Layer::kImage));
     EXPECT_TRUE(layersThatDraw("of a later version").empty());
@@ -63,6 +64,15 @@ TEST(Dataset, PatientsStandAndAreSeenFromBefore) {
     EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"valueMin": -1000, "valueMax": 1988}})"),
               (Outlook{-y, z}));
     EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"valueMin": 0, "valueMax": 255}})"), std::nullopt);
+    // A part of one without air is known by its histogram.
+    proto::Manifest part;
+    part.set_kind("hybrid");
+    part.mutable_hybrid()->set_value_min(-200.0);
+    part.mutable_hybrid()->set_value_max(1080.0);
+    EXPECT_EQ(datasetOutlook(part), std::nullopt);
+    auto& step = *part.mutable_hybrid()->add_steps();
+    for (int bin = 0; bin < 256; ++bin) step.add_histogram(bin >= 46 && bin < 56 ? 100 : 1);  // 30 to 80 HU
+    EXPECT_EQ(datasetOutlook(part), (Outlook{-y, z}));
     EXPECT_EQ(look(R"({"kind": "mesh"})"), std::nullopt);
     // What was said at its preparation goes before.
     EXPECT_EQ(look(R"({"kind": "hybrid", "hybrid": {"space": "ras"}, "up": "y", "front": "-x"})"),

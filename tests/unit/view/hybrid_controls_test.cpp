@@ -95,6 +95,19 @@ TEST(HybridControls, ColoursThatNobodyChoseAreThoseThatTheServerDraws) {
     }
 }
 
+TEST(HybridControls, GreatestValuesHaveColoursUpToTheHighest) {
+    proto::HybridStyle message;
+    for (const double value : {10.0, 20.0}) message.add_curve()->set_value(value);
+    message.set_shows("maximum");
+    HybridControls controls;
+    controls.read(*parseHybridStyle(message));
+    controls.setDataset(volume(0.0, 256.0));  // values up to the last bin
+    const auto viridis = ColorMap::find("viridis").value();
+    expectColor(controls.color(10.0), viridis(0.4));
+    expectColor(controls.color(133.0), viridis(0.7));
+    expectColor(controls.color(256.0), viridis(1.0));
+}
+
 TEST(HybridControls, ADatasetBringsACurveForItsValues) {
     HybridControls controls;
     controls.setDataset(volume(-1000.0, 2000.0));

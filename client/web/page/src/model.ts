@@ -12,8 +12,8 @@ export type LayerKind = NonNullable<Layer['kind']['case']>;
 
 /// The kinds of layer that draw a dataset of a kind, its own first (protocol/scene/dataset.cpp).
 const kindsOf: Record<string, LayerKind[]> = {
-    particles: ['particles', 'ink'], hybrid: ['hybrid', 'ink'], stipple: ['stipple'], mesh: ['mesh', 'ink'],
-    image: ['image'],
+    particles: ['particles', 'ink'], hybrid: ['hybrid', 'ink'], stipple: ['stipple', 'ink', 'mesh'],
+    mesh: ['mesh', 'ink'], image: ['image'],
 };
 export const layerKinds = (datasetKind: string): LayerKind[] => kindsOf[datasetKind] ?? [];
 

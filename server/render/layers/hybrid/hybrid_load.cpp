@@ -164,6 +164,7 @@ Result<std::shared_ptr<const GridField>> loadHybrid(const storage::PathBeneath& 
     // The first step's for all, so that a series that is played does not flicker.
     const auto& histogram = manifest.hybrid().steps(0).histogram();
     step->histogram.assign(histogram.begin(), histogram.end());
+    step->unit = manifest.hybrid().value_unit();
     fillLow(file, *entry, *step);
     step->parts = representation;
     BrickMaker maker(*step, vectorOf(storage::gridSize(manifest.hybrid().error_size())));

@@ -50,10 +50,21 @@ ValueRange around(const ValueRange& range) {
     return {range.low - margin, range.high + margin};
 }
 
+std::vector<std::uint64_t> histogramOf(const GridField& field) {
+    return {field.histogram.begin(), field.histogram.end()};
+}
+
 /// The curve, and colours, that follow the values.
 CurvePreset defaultPreset(const GridField& field) {
-    const std::vector<std::uint64_t> histogram(field.histogram.begin(), field.histogram.end());
-    return presetsOf("", field.range, histogram).front();
+    return presetsOf(field.unit, field.range, histogramOf(field)).front();
+}
+
+/// Values that have colours of their own where a view does not say the range: the curve's, and, of greatest
+/// values, which may all lie beyond it, up to the highest.
+ValueRange coloredValues(const HybridStyle& style, const GridField& field, ValueRange knots) {
+    if (style.shows == HybridShows::maximum)
+        knots.high = std::max(knots.high, highestShown(histogramOf(field), field.range));
+    return knots;
 }
 
 /// Those of the default curve, if it is drawn; or of the colour map what can be read.
@@ -62,7 +73,7 @@ void takeDefaultColors(const HybridStyle& style, const GridField& field, Transfe
         for (const auto& color : defaultPreset(field).colors)
             transfer.colors.push_back(srgbToLinear(glm::dvec3(color[0], color[1], color[2])));
     }
-    if (!style.colorRange) transfer.colorRange = readableColors(transfer.span);
+    if (!style.colorRange) transfer.colorRange = readableColors(transfer.colorRange);
 }
 
 /// Points are corrections that a style weakens and gives a shape.
@@ -97,7 +108,7 @@ TransferFunction transferOf(const HybridStyle& style, const GridField& field) {
                               .colorMap = style.colorMap,
                               .colors = style.colors};
     transfer.span = knotsOf(transfer.opacity, field.range);
-    transfer.colorRange = style.colorRange ? *style.colorRange : transfer.span;
+    transfer.colorRange = style.colorRange ? *style.colorRange : coloredValues(style, field, transfer.span);
     if (!style.ownColors) takeDefaultColors(style, field, transfer);
     if (transfer.colors.empty()) {
         transfer.span = {std::min(transfer.span.low, transfer.colorRange.low),
