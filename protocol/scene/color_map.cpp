@@ -36,7 +36,8 @@ glm::dvec3 ColorMap::operator()(double x) const {
     const double position = std::clamp(x, 0.0, 1.0) * static_cast<double>(last);
     const std::size_t below = std::min(static_cast<std::size_t>(position), last - 1);
     const auto color = [&](std::size_t i) {
-        return srgbToLinear(glm::dvec3(srgb_[3 * i], srgb_[3 * i + 1], srgb_[3 * i + 2]) / 255.0);
+        return glm::dvec3(srgbByteToLinear(srgb_[3 * i]), srgbByteToLinear(srgb_[3 * i + 1]),
+                          srgbByteToLinear(srgb_[3 * i + 2]));
     };
     return glm::mix(color(below), color(below + 1), position - static_cast<double>(below));
 }

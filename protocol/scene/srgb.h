@@ -4,7 +4,9 @@
 // functions.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
@@ -12,6 +14,16 @@ namespace mote {
 
 inline double srgbToLinear(double encoded) {
     return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+/// srgbToLinear() of a byte's 255 parts, looked up.
+inline double srgbByteToLinear(std::uint8_t encoded) {
+    static const auto values = [] {
+        std::array<double, 256> all{};
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] = srgbToLinear(static_cast<double>(i) / 255.0);
+        return all;
+    }();
+    return values[encoded];
 }
 
 inline double linearToSrgb(double linear) {
