@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdio>
 #include <memory>
 #include <new>
 
+#include "preprocess/auto/choice.h"
 #include "preprocess/command_line.h"
 #include "preprocess/console.h"
 #include "preprocess/look/confined_child.h"
@@ -25,13 +27,14 @@ constexpr const char* lookExamples = R"(Examples:
 Each input, be it a file, a folder or a name with %T, is opened as a job would open it, in a process that can write
 nothing: what it can be read as, its steps, columns and ranges in the units that a dataset would have, what would be
 assumed (note) and what would be refused, and why. Ranges are those of the first step; --all reads all. With --json a
-line for each input: {"input", "found": [{"kind", "format", "toldBy", "steps", "columns", "notes", ...}], "refused"}.
+line for each input: {"input", "found": [{"kind", "format", "toldBy", "steps", "lines", "columns", "notes", ...}], "refused"}.
 The exit status is 1 if something would be refused.)";
 
 constexpr std::uint64_t mostSeconds = 600;  // of the processor, for what is no more than a look
 
 struct LookArguments : LookOptions {
     std::vector<std::string> inputs;
+    bool confined = false;
 };
 
 /// Tells, on stderr and to scripts, why nothing can be said of an input.
@@ -45,13 +48,25 @@ int refuse(const CommandLine& line, const std::string& input, const Error& error
     return fail(line, error);
 }
 
+/// Says along which axes a run is plotted where nobody says others.
+void addAxes(Look& look) {
+    for (Found& found : look.found) {
+        if (found.kind != "particles" || !found.refused.empty()) continue;
+        const auto chosen = chooseAxes(found);
+        auto axes = fmt::format("{}", fmt::join(chosen.axes, ","));
+        found.facts.push_back(
+            {"axes", axes, "axes", fmt::format("{}, unless others are said: {}", axes, chosen.why)});
+    }
+}
+
 /// Looks at one input, in the child, and prints what it is.
 int lookAndPrint(const CommandLine& line, const LookArguments& options, const std::string& input) {
-    const auto look = [&] {
+    auto look = [&] {
         ConsoleProgress progress(line.signal, {line.quiet, -1});
         return lookAt(input, options, progress);
     }();
     if (!look.ok()) return refuse(line, input, look.error());
+    addAxes(*look);
     const std::string text = line.json ? jsonLine(*look) : toTerminalLines(lookText(*look));
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
         return fail(line, {ErrorCode::internal, "stdout", "cannot be written to any more"});
@@ -75,8 +90,9 @@ int look(const CommandLine& line, const LookArguments& options) {
     int worst = 0;
     const Confinement confinement{options.memory, options.all ? 0 : mostSeconds};
     for (const std::string& input : options.inputs) {
+        const auto work = [&] { return lookInChild(line, options, input); };
         const auto status =
-            runConfined([&] { return lookInChild(line, options, input); }, confinement, line.signal);
+            options.confined ? Result<int>(work()) : runConfined(work, confinement, line.signal);
         if (line.signal.received() != 0) return 128 + line.signal.received();
         if (status.ok()) {
             worst = std::max(worst, *status);
@@ -96,6 +112,8 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
     const auto options = std::make_shared<LookArguments>();
     command.option("INPUT", options->inputs, "Files, folders, or names with %T").required();
     command.flag("--all", options->all, "Ranges over all steps, not only the first");
+    command.flag("--confined", options->confined,
+                 "This process is confined already, as jobs of a server are: make no other to read in");
     const auto takeFormat = [found = options.get()](const std::string& name) {
         if (name == "auto") return;
         found->particles.set_format(name);

@@ -122,28 +122,23 @@ const Direction* plasmaDirection(const Found& run) {
     return momentum.high - momentum.low > plasmaSpread * greatest(&momentum) ? most : nullptr;
 }
 
-/// Three quantities that vary where there are three.
-void chooseAxes(const Found& run, AutoChoice& choice) {
-    auto& job = *choice.request.mutable_particles();
+}  // namespace
+
+ChosenAxes chooseAxes(const Found& run) {
     const auto varies = [&](std::string_view name) {
         const FoundColumn* const column = columnOf(run, name);
         return column != nullptr && column->low < column->high;
     };
-    const auto put = [&](std::span<const std::string> axes, std::string why) {
-        for (const std::string& axis : axes) job.add_axes(axis);
-        choice.reasons.push_back({"axes", fmt::format("{}", fmt::join(axes, ",")), std::move(why)});
-    };
     const Direction* const plasma = plasmaDirection(run);
     const char* const across = plasma == &directions[0] ? "y" : "x";
     if (plasma != nullptr && varies(plasma->place) && varies(across)) {
-        const std::array<std::string, 3> axes{plasma->axis, plasma->momentum, across};
-        return put(axes,
-                   fmt::format("{} differs as much as it is large, as in a plasma: the phase space along it",
-                               plasma->momentum));
+        return {{plasma->axis, plasma->momentum, across},
+                fmt::format("{} differs as much as it is large, as in a plasma: the phase space along it",
+                            plasma->momentum)};
     }
     for (const AxesRule& rule : axesRules) {
         if (!std::all_of(rule.columns.begin(), rule.columns.end(), varies)) continue;
-        return put(std::vector<std::string>(rule.axes.begin(), rule.axes.end()), rule.why);
+        return {{rule.axes.begin(), rule.axes.end()}, rule.why};
     }
     std::vector<std::string> axes;
     for (const bool varying : {true, false}) {
@@ -152,7 +147,16 @@ void chooseAxes(const Found& run, AutoChoice& choice) {
                 axes.push_back(column.name);
         }
     }
-    put(axes, "the columns that vary, then those that do not");
+    return {std::move(axes), "the columns that vary, then those that do not"};
+}
+
+namespace {
+
+/// What the plot's axes are, and why.
+void takeAxes(const Found& run, AutoChoice& choice) {
+    auto chosen = chooseAxes(run);
+    for (const std::string& axis : chosen.axes) choice.request.mutable_particles()->add_axes(axis);
+    choice.reasons.push_back({"axes", fmt::format("{}", fmt::join(chosen.axes, ",")), std::move(chosen.why)});
 }
 
 // Of fewer, the default curve draws each as a point, and the volume adds nothing (docs/AUTO.md).
@@ -175,7 +179,7 @@ Status chooseParticles(const Found& run, const std::filesystem::path& input, Aut
     job.add_inputs(input.string());
     if (!run.name.empty()) job.set_species(run.name);
     if (run.columns.size() < 3) return unsupported(input.string(), "has fewer than three columns to plot");
-    chooseAxes(run, choice);
+    takeAxes(run, choice);
     chooseLevel(run, choice);
     choice.reasons.push_back({"style", "volume and points",
                               "points would hide a dense core, and a volume would lose rare particles"});

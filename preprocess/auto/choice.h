@@ -29,6 +29,15 @@ struct AutoChoice {
     proto::JobRequest dots;       ///< of the plane of dots that a photograph is drawn with; else empty
 };
 
+/// Three quantities of a run for a plot's axes, and why these.
+struct ChosenAxes {
+    std::vector<std::string> axes;
+    std::string why;  ///< a clause
+};
+
+/// Those that vary, if there are three.
+ChosenAxes chooseAxes(const Found& run);
+
 /// Chooses one of what `look` found at `input`: particles before volumes before meshes before pictures, of
 /// several the largest. A volume's form is tried out on slices from its middle, in a folder beside `output`
 /// that is removed again. Errors: unsupported (nothing is found that can be prepared: why), those of volume

@@ -30,6 +30,10 @@ std::string json(const FoundColumn& column) {
                        column.invalid);
 }
 
+std::string json(const Fact& fact) {
+    return fmt::format(R"({{"label": {}, "text": {}}})", json(fact.label), json(fact.text));
+}
+
 std::string json(const Found& found);
 
 template <class T>
@@ -47,8 +51,12 @@ std::string json(const Found& found) {
         text += fmt::format(", {}: {}", json(fact.name),
                             std::visit([](const auto& value) { return json(value); }, fact.value));
     }
-    return text + fmt::format(R"(, "columns": {}, "notes": {}, "refused": {}}})", json(found.columns),
-                              json(found.notes), json(found.refused));
+    std::vector<Fact> lines;
+    for (const Fact& fact : found.facts) {
+        if (!fact.text.empty()) lines.push_back(fact);
+    }
+    return text + fmt::format(R"(, "lines": {}, "columns": {}, "notes": {}, "refused": {}}})", json(lines),
+                              json(found.columns), json(found.notes), json(found.refused));
 }
 
 void addLine(std::string& text, const std::string& label, const std::string& rest) {

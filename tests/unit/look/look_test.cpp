@@ -120,6 +120,10 @@ TEST(FoundText, IsJson) {
     const auto& found = read.fields().at("found").list_value().values(0).struct_value().fields();
     EXPECT_EQ(found.at("steps").number_value(), 2.0);
     EXPECT_TRUE(found.at("times").list_value().values(1).has_null_value());
+    const auto& lines = found.at("lines").list_value();
+    ASSERT_EQ(lines.values_size(), 1) << "what people are told";
+    EXPECT_EQ(lines.values(0).struct_value().fields().at("label").string_value(), "steps");
+    EXPECT_EQ(lines.values(0).struct_value().fields().at("text").string_value(), "2");
     const auto& columns = found.at("columns").list_value();
     const auto& x = columns.values(0).struct_value().fields();
     EXPECT_EQ(x.at("min").number_value(), -2.0);
