@@ -52,7 +52,7 @@ struct Version {
 };
 
 /// What this build speaks.
-inline constexpr Version ownVersion{1, 4};
+inline constexpr Version ownVersion{1, 5};
 /// Clients of this minor version and above answer a server's pings.
 inline constexpr std::uint32_t pingsFromMinor = 3;
 

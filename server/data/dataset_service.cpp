@@ -203,6 +203,15 @@ Result<proto::Description> DatasetService::describeKnown(const std::string& name
     return description;
 }
 
+Result<proto::Loaded> DatasetService::loaded(const std::string& dataset) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, this->dataset(dataset));
+    const auto steps = entry.manifest->has_particles() ? steps_.loaded(entry) : residency_.loadedSteps(entry);
+    proto::Loaded loaded;
+    loaded.set_dataset(entry.name);
+    loaded.mutable_steps()->Add(steps.begin(), steps.end());
+    return loaded;
+}
+
 Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
                                                                           std::uint32_t index) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, this->dataset(dataset));

@@ -58,6 +58,9 @@ class DatasetService final : public StepSource, public RunSource {
     /// Errors: notFound.
     void describe(std::string dataset, Answered<Result<proto::Description>> answered);
 
+    /// Which steps are in memory, as far as the latest pictures needed them. Errors: notFound.
+    Result<proto::Loaded> loaded(const std::string& dataset);
+
     Result<storage::Catalogue::Entry> dataset(const std::string& name) override;
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;

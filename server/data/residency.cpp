@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "storage/caught_error.h"
@@ -69,6 +70,23 @@ std::size_t Residency::loaded() const {
     const std::lock_guard lock(mutex_);
     const auto ready = [](const Slot& slot) { return slot.state == State::ready; };
     return static_cast<std::size_t>(std::count_if(slots_.begin(), slots_.end(), ready));
+}
+
+std::vector<std::uint32_t> Residency::loadedSteps(const storage::Catalogue::Entry& dataset) const {
+    std::map<std::uint32_t, int> parts;
+    int most = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        for (const Slot& slot : slots_) {
+            const bool ours = slot.state == State::ready && slot.what->dataset.manifest == dataset.manifest;
+            if (ours) most = std::max(most, ++parts[slot.what->step]);
+        }
+    }
+    std::vector<std::uint32_t> steps;
+    for (const auto& [step, count] : parts) {
+        if (count == most) steps.push_back(step);
+    }
+    return steps;
 }
 
 std::size_t Residency::underWay() const {

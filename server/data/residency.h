@@ -16,6 +16,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "server/data/loadable.h"
 #include "server/data/loading_threads.h"
@@ -47,6 +48,8 @@ class Residency final : private storage::BudgetedBlocks {
     bool played(const storage::Catalogue::Entry& dataset) const;
 
     std::size_t loaded() const;
+    /// Indices of the dataset's steps of which as much is in memory as of any, ascending.
+    std::vector<std::uint32_t> loadedSteps(const storage::Catalogue::Entry& dataset) const;
     std::size_t underWay() const;  ///< in line, or being loaded
 
   private:

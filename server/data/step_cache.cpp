@@ -287,6 +287,27 @@ bool StepCache::openNext() {
     return true;
 }
 
+std::vector<std::uint32_t> StepCache::loaded(const storage::Catalogue::Entry& entry) const {
+    std::vector<std::pair<std::uint32_t, Step>> opened;
+    Need last;
+    {
+        const std::lock_guard lock(mutex_);
+        const auto* const series = series_.find(entry.manifest);
+        if (series == nullptr || series->need.need.empty()) return {};
+        last = series->need;
+        for (const auto& [place, step] : steps_) {
+            if (place.holds({entry.manifest, entry.directory, place.index}))
+                opened.emplace_back(place.index, step);
+        }
+    }
+    std::vector<std::uint32_t> steps;
+    for (const auto& [index, step] : opened) {
+        if (ready(*step, scaled(last.need, last.points, step->pointCount()))) steps.push_back(index);
+    }
+    std::ranges::sort(steps);
+    return steps;
+}
+
 std::size_t StepCache::openSteps() const {
     const std::lock_guard lock(mutex_);
     return steps_.size();

@@ -97,6 +97,9 @@ class StepCache {
     /// As StepSource::want.
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need);
     std::size_t openSteps() const;
+    /// Indices of the dataset's steps of which all is in memory that the latest pictures of it needed,
+    /// ascending. Any thread.
+    std::vector<std::uint32_t> loaded(const storage::Catalogue::Entry& entry) const;
 
   private:
     /// A step of a dataset; the manifest tells a dataset from a later one of its name.

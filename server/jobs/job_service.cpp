@@ -2,13 +2,23 @@
 #include "server/jobs/job_service.h"
 
 #include <asio/post.hpp>
+#include <filesystem>
 #include <utility>
 
+#include "protocol/scene/system_error.h"
+#include "server/jobs/look/list_folder.h"
+
 namespace mote::server {
+
 JobService::JobService(asio::io_context& home, JobSettings settings)
-    : home_(home), work_(context_->get_executor()), queue_(*context_, std::move(settings)) {}
+    : home_(home),
+      settings_(settings),
+      work_(context_->get_executor()),
+      queue_(*context_, std::move(settings)) {}
 
 JobService::~JobService() {
+    folders_.stop();
+    folders_.join();
     if (!thread_.joinable()) return;
     context_->stop();
     thread_.join();
@@ -18,9 +28,22 @@ Status JobService::start(JobQueue::Listener changed) {
     changed_ = std::move(changed);
     queue_.onChange([this](const proto::JobStatus& job) { tell(job); });
     MOTE_RETURN_IF_ERROR(queue_.start());
+    MOTE_RETURN_IF_ERROR(startLooks());
     *counts_ = queue_.counts();
     thread_ = std::thread([this] { context_->run(); });
     return success();
+}
+
+/// Of the user's own roots: what clients upload is no folder that is listed.
+Status JobService::startLooks() {
+    MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
+    auto settings = settings_;
+    std::error_code code;
+    settings.stateDirectory = std::filesystem::canonical(settings.stateDirectory, code);
+    if (code) return systemError(code.value(), settings_.stateDirectory.string(), "cannot be looked up");
+    if (settings.supervisor.empty()) settings.supervisor = settings.prep.parent_path() / "mote-supervise";
+    looks_.emplace(*context_, std::move(settings), roots_);
+    return looks_->start();
 }
 
 void JobService::stop() {
@@ -48,6 +71,24 @@ void JobService::tellCounts() {
 
 void JobService::fetchArtifact(const proto::FetchFilm& request, JobQueue::ArtifactListener done) {
     asio::post(*context_, [this, request, done = std::move(done)] { queue_.fetchArtifact(request, done); });
+}
+
+void JobService::listFolder(const proto::ListFolder& wanted,
+                            std::function<void(Result<proto::Folder>)> done) {
+    asio::post(folders_,
+               [this, wanted, done = std::move(done)] { done(server::listFolder(wanted, roots_)); });
+}
+
+LookRuns::Ticket JobService::look(const proto::LookAtFile& wanted, LookRuns::Answered done) {
+    const auto ticket = ++tickets_;
+    asio::post(*context_, [this, ticket, wanted, done = std::move(done)]() mutable {
+        looks_->look(ticket, wanted, std::move(done));
+    });
+    return ticket;
+}
+
+void JobService::cancelLook(LookRuns::Ticket ticket) {
+    asio::post(*context_, [this, ticket] { looks_->cancel(ticket); });
 }
 
 Uploads::Remove JobService::remover() {

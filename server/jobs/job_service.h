@@ -7,17 +7,20 @@
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
+#include <asio/thread_pool.hpp>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/jobs/job_queue.h"
+#include "server/jobs/look/look_runs.h"
 #include "server/jobs/uploads.h"
 
 namespace mote::server {
@@ -48,6 +51,13 @@ class JobService {
     /// As JobQueue::fetchArtifact; `done` is called on the queue's thread.
     void fetchArtifact(const proto::FetchFilm& request, JobQueue::ArtifactListener done);
 
+    /// As listFolder; `done` is called on a thread that reads folders, unless the service ends first. A
+    /// folder of a slow disk delays who else asks for one, and nobody else.
+    void listFolder(const proto::ListFolder& wanted, std::function<void(Result<proto::Folder>)> done);
+    /// As LookRuns::look; `done` is called on the queue's thread. What is returned ends it.
+    LookRuns::Ticket look(const proto::LookAtFile& wanted, LookRuns::Answered done);
+    void cancelLook(LookRuns::Ticket ticket);
+
     /// As JobQueue::counts, when a job changed last.
     const Counts& counts() const { return *counts_; }
     /// As JobQueue::uploads; after start().
@@ -57,16 +67,22 @@ class JobService {
     Uploads::Remove remover();
 
   private:
+    Status startLooks();
     void tell(const proto::JobStatus& job);
     void tellCounts();
 
     asio::io_context& home_;
+    const JobSettings settings_;  // as given
+    storage::Roots roots_;        // after start()
     const std::shared_ptr<asio::io_context> context_ = std::make_shared<asio::io_context>(1);
     asio::executor_work_guard<asio::io_context::executor_type> work_;
-    JobQueue queue_;  // of the thread, once that runs
+    JobQueue queue_;                 // of the thread, once that runs
+    std::optional<LookRuns> looks_;  // likewise
+    LookRuns::Ticket tickets_ = 0;   // given so far
     JobQueue::Listener changed_;
     const std::shared_ptr<Counts> counts_ = std::make_shared<Counts>();  // of home's thread
     std::thread thread_;
+    asio::thread_pool folders_{1};  // reads them
 };
 
 }  // namespace mote::server

@@ -185,6 +185,7 @@ std::vector<std::string> supervisorArguments(const RunOrder& order, const std::s
     if (!order.scratch.empty()) words.insert(words.end(), {"--write", order.scratch.string()});
     if (order.launcher) words.insert(words.end(), {"--launcher", "mpi"});
     if (order.timeLimit > 0) words.insert(words.end(), {"--time-limit", std::to_string(order.timeLimit)});
+    if (order.fileSize > 0) words.insert(words.end(), {"--file-size", std::to_string(order.fileSize)});
     words.emplace_back("--");
     words.insert(words.end(), order.program.begin(), order.program.end());
     return words;

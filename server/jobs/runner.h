@@ -44,6 +44,7 @@ struct RunOrder {
     bool unixSockets = false;       ///< it may open these; no others, but a launcher
     bool launcher = false;          ///< mpirun: it starts processes, which talk to each other
     std::uint32_t timeLimit = 0;    ///< s, of the run; 0: none
+    std::uint64_t fileSize = 0;     ///< bytes, of each file that it writes to; 0: no limit of its own
     unsigned cores = 1;             ///< that it keeps busy, for a runner that deals them out
 };
 

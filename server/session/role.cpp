@@ -13,6 +13,7 @@ Status allowed(Role role, const proto::ClientMessage& message) {
         case Body::kListDatasets:
         case Body::kDescribe:
         case Body::kGetThumbnail:
+        case Body::kListLoaded:
         case Body::kQuery:
         case Body::kCancelQuery:
         case Body::kListSessions:

@@ -134,8 +134,12 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
         case Body::kGetThumbnail:
             co_await thumbnail(request, message.get_thumbnail().dataset());
             break;
+        case Body::kLookAtFile:
+            lookAtFile(request, message.look_at_file());
+            break;
         case Body::kCancelQuery:
             queries_.cancel(message.cancel_query().request());
+            cancelLook(message.cancel_query().request());
             answersWake_.notify();
             break;
         case Body::kHello:
@@ -258,6 +262,7 @@ void Session::leave(const Error& reason) {
     frames_->close();
     queries_.close();
     thumbnails_.close();
+    endLook();
     outbox_.farewell(failureMessage(0, reason, true));
     writerWake_.notify();
     workerWake_.notify();
@@ -282,6 +287,7 @@ void Session::close() {
     answersWake_.notify();
     queries_.close();
     thumbnails_.close();
+    endLook();
     context_.closed(id_);
 }
 

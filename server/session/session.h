@@ -126,6 +126,7 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<void> workOn(proto::ClientMessage& command);
     asio::awaitable<Reply> answer(const proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
+    asio::awaitable<proto::ServerMessage> listFolder(const proto::ListFolder& wanted);
     asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
     asio::awaitable<void> askJobs(std::uint64_t request, JobService::Question question);
     asio::awaitable<Reply> fetchArtifact(const proto::FetchFilm& request);
@@ -134,6 +135,9 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<void> thumbnail(std::uint64_t request, const std::string& dataset);
     asio::awaitable<void> handOnAnswers();
     bool handOnThumbnail();
+    void lookAtFile(std::uint64_t request, const proto::LookAtFile& wanted);
+    void endLook();
+    void cancelLook(std::uint64_t request);
 
     asio::awaitable<void> write();
     void fill(Outbox::Item& item);
@@ -157,6 +161,11 @@ class Session : public std::enable_shared_from_this<Session> {
     std::deque<Command> commands_;
     SessionQueries queries_;
     SessionThumbnails thumbnails_;
+    struct FileLook {
+        std::uint64_t request;
+        LookRuns::Ticket ticket;
+    };
+    std::optional<FileLook> fileLook_;  // at a file, under way
     std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
     bool watchesJobs_ = false;
     proto::Followed followed_;

@@ -3,6 +3,8 @@
 // What a session's client asks for: views, whom it follows, datasets, jobs, numbers.
 #include <fmt/format.h>
 
+#include <asio/post.hpp>
+
 #include "server/session/on_thread.h"
 #include "server/session/session.h"
 
@@ -11,6 +13,14 @@ namespace {
 
 proto::ServerMessage failure(const Error& error) {
     return failureMessage(0, error, false);
+}
+
+proto::ServerMessage listLoaded(DatasetService& datasets, const std::string& dataset) {
+    auto loaded = datasets.loaded(dataset);
+    if (!loaded.ok()) return failure(loaded.error());
+    proto::ServerMessage message;
+    *message.mutable_loaded() = *std::move(loaded);
+    return message;
 }
 
 // A client's commands about jobs as questions to the jobs' thread.
@@ -201,6 +211,10 @@ asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
             co_return co_await listDatasets();
         case Body::kDescribe:
             co_return co_await describe(command.describe().dataset());
+        case Body::kListFolder:
+            co_return co_await listFolder(command.list_folder());
+        case Body::kListLoaded:
+            co_return listLoaded(*context_.datasets, command.list_loaded().dataset());
         case Body::kFetchFilm:
             co_return co_await fetchArtifact(command.fetch_film());
         default:
@@ -232,6 +246,15 @@ asio::awaitable<proto::ServerMessage> Session::describe(const std::string& datas
     co_return message;
 }
 
+asio::awaitable<proto::ServerMessage> Session::listFolder(const proto::ListFolder& wanted) {
+    const auto ask = [&](auto answered) { context_.jobs->listFolder(wanted, std::move(answered)); };
+    auto folder = co_await onThread<Result<proto::Folder>>(executor_, ask);
+    if (!folder.ok()) co_return failure(folder.error());
+    proto::ServerMessage message;
+    *message.mutable_folder() = *std::move(folder);
+    co_return message;
+}
+
 asio::awaitable<void> Session::askJobs(std::uint64_t request, JobService::Question question) {
     const auto ask = [&](auto answered) { context_.jobs->ask(std::move(question), std::move(answered)); };
     auto answer = co_await onThread<Result<proto::ServerMessage>>(executor_, ask);
@@ -248,6 +271,37 @@ asio::awaitable<Reply> Session::fetchArtifact(const proto::FetchFilm& request) {
     proto::ServerMessage message;
     *message.mutable_film_piece() = std::move(piece->message);
     co_return Reply(std::move(message), std::move(piece->bytes));
+}
+
+// -------------------------------------------------------------------------------------- looks at files
+
+/// One at a time: a client that asks for another one does not wait for this one any more.
+void Session::lookAtFile(std::uint64_t request, const proto::LookAtFile& wanted) {
+    if (fileLook_) cancelLook(fileLook_->request);
+    const auto answered = [weak = weak_from_this(), executor = executor_,
+                           request](Result<proto::Look> answer) {
+        asio::post(executor, [weak, request, answer = std::move(answer)]() mutable {
+            const auto self = weak.lock();
+            if (!self || !self->fileLook_ || self->fileLook_->request != request) return;
+            self->fileLook_.reset();
+            if (!answer.ok()) return self->refuse(request, answer.error());
+            proto::ServerMessage message;
+            *message.mutable_look() = *std::move(answer);
+            self->reply(request, std::move(message));
+        });
+    };
+    fileLook_ = FileLook{request, context_.jobs->look(wanted, answered)};
+}
+
+void Session::endLook() {
+    if (fileLook_) context_.jobs->cancelLook(fileLook_->ticket);
+    fileLook_.reset();
+}
+
+void Session::cancelLook(std::uint64_t request) {
+    if (!fileLook_ || fileLook_->request != request) return;
+    endLook();
+    refuse(request, wasCancelled("it is not looked at any more"));
 }
 
 // -------------------------------------------------------------------------------------------- numbers

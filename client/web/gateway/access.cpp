@@ -166,6 +166,7 @@ Status Access::mayAsk(Role role, const proto::ClientMessage& message) {
         case Message::kListDatasets:
         case Message::kDescribe:
         case Message::kGetThumbnail:
+        case Message::kListLoaded:
         case Message::kPing:
         case Message::kPong:
         case Message::kQuery:

@@ -78,6 +78,7 @@ Status limitResources(const Rights& rights) {
     MOTE_RETURN_IF_ERROR(lower(RLIMIT_CORE, 0));
     MOTE_RETURN_IF_ERROR(lower(RLIMIT_NOFILE, kDescriptors));
     MOTE_RETURN_IF_ERROR(limitFileSize(rights.writable));
+    if (rights.fileSize > 0) MOTE_RETURN_IF_ERROR(lower(RLIMIT_FSIZE, rights.fileSize));
     // RLIMIT_DATA and not RLIMIT_AS: mapped files are no memory that anyone else misses. What is shared and
     // no file's it does not count; such memory limitCalls() denies.
     if (kLimitsMemory) MOTE_RETURN_IF_ERROR(lower(RLIMIT_DATA, memoryFor(rights.memory) + kHeadroom));

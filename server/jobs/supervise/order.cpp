@@ -14,6 +14,7 @@ Options:
   --help                      Print this help message and exit
   --directory DIR REQUIRED    The job's folder, for its progress and its result
   --memory BYTES              What the program may take
+  --file-size BYTES           No file that it writes to becomes larger
   --nice STEPS                How far its priority lies below this program's
   --sockets unix              It may open Unix sockets, and no others
   --launcher mpi              It is mpirun: it starts processes, which talk to each other; its output is progress
@@ -44,6 +45,8 @@ std::optional<Order> parseOrder(int argc, char** argv) {
             order.unconfined = true;
         } else if (option == "--memory") {
             std::from_chars(value.data(), value.data() + value.size(), order.rights.memory);
+        } else if (option == "--file-size") {
+            std::from_chars(value.data(), value.data() + value.size(), order.rights.fileSize);
         } else if (option == "--nice") {
             std::from_chars(value.data(), value.data() + value.size(), order.rights.niceness);
         } else if (option == "--sockets" && value == "unix") {

@@ -25,6 +25,7 @@ struct Rights {
     std::vector<std::filesystem::path> executable;  ///< folders and files, read as well
     std::vector<std::filesystem::path> writable;    ///< folders and files, read as well
     std::uint64_t memory = 0;                       ///< bytes; 0: three quarters of the machine's
+    std::uint64_t fileSize = 0;                     ///< bytes, of each file; 0: as the disk has room
     int niceness = 0;                               ///< steps below the present priority, at least 0
     bool unixSockets = false;                       ///< these may be opened
     bool launcher = false;                          ///< mpirun: any sockets, and other processes

@@ -106,6 +106,24 @@ class ResidencyTest : public testing::Test {
     }
 };
 
+TEST_F(ResidencyTest, LoadedStepsAreThoseWithAllTheirParts) {
+    start(100);
+    const auto bringPart = [&](std::uint32_t step, int part) {
+        auto what = thing(a_);
+        what.step = step;
+        what.steps = 9;
+        what.part = part;
+        ASSERT_NE(bring(what), nullptr);
+    };
+    EXPECT_THAT(residency_->loadedSteps(a_), IsEmpty());
+    bringPart(4, 0);
+    bringPart(7, 0);
+    EXPECT_THAT(residency_->loadedSteps(a_), ElementsAre(4U, 7U));
+    bringPart(7, 1);
+    EXPECT_THAT(residency_->loadedSteps(a_), ElementsAre(7U));
+    EXPECT_THAT(residency_->loadedSteps(b_), IsEmpty());
+}
+
 TEST_F(ResidencyTest, WhatIsAskedForIsLoadedByAnotherThread) {
     start(100);
     openGate(false);

@@ -95,6 +95,28 @@ TEST_F(StepCacheTest, WhatIsWantedArrives) {
     EXPECT_FALSE(cache_->want(*opened, need)) << "all is there";
 }
 
+TEST_F(StepCacheTest, StepsAreLoadedOnceTheyHoldWhatPicturesNeed) {
+    start(100 * cacheMib);
+    const auto first = step(0);
+    EXPECT_TRUE(cache_->loaded(entry_).empty()) << "nobody has drawn anything";
+    const storage::StepNeed need{.volume = true, .octree = true};
+    EXPECT_TRUE(cache_->want(*first, need));
+    await([&] { return !cache_->loaded(entry_).empty(); });
+    EXPECT_EQ(cache_->loaded(entry_), std::vector<std::uint32_t>{0});
+    const auto third = step(2);
+    EXPECT_EQ(cache_->loaded(entry_), std::vector<std::uint32_t>{0}) << "it is open, and no more";
+    EXPECT_TRUE(cache_->want(*third, need));
+    await([&] { return cache_->loaded(entry_).size() == 2; });
+    EXPECT_EQ(cache_->loaded(entry_), (std::vector<std::uint32_t>{0, 2}));
+    // A picture that needs more makes them incomplete.
+    EXPECT_TRUE(cache_->want(*third, {.octree = true, .points = {{0, TinyDataset::points}}}));
+    await([&] { return third->positionsReady(0, TinyDataset::points) == TinyDataset::points; });
+    EXPECT_EQ(cache_->loaded(entry_), std::vector<std::uint32_t>{2});
+    auto other = entry_;
+    other.manifest = std::make_shared<const proto::Manifest>(*entry_.manifest);
+    EXPECT_TRUE(cache_->loaded(other).empty()) << "another dataset of this name";
+}
+
 TEST_F(StepCacheTest, WhatThereIsNoRoomForDoesNotCome) {
     start(cacheMib);
     const auto opened = step(0);

@@ -75,7 +75,7 @@ TEST_F(SessionFollow, WhoDropsAndComesBackIsFollowedOn) {
 TEST_F(SessionFollow, WhatWouldChangeSomethingIsRefused) {
     start();
     const auto watching = follower();
-    for (const int command : {0, 1, 2, 3, 4, 5, 6}) {
+    for (const int command : {0, 1, 2, 3, 4, 5, 6, 7, 8}) {
         proto::ClientMessage message;
         if (command == 0) message.mutable_submit_job();
         if (command == 1) message.mutable_cancel_job();
@@ -84,6 +84,8 @@ TEST_F(SessionFollow, WhatWouldChangeSomethingIsRefused) {
         if (command == 4) message.mutable_watch_jobs();
         if (command == 5) message.mutable_list_jobs();
         if (command == 6) message.mutable_fetch_film();
+        if (command == 7) message.mutable_list_folder();
+        if (command == 8) message.mutable_look_at_file()->set_input("data/run.h5");
         const auto answer = watching->ask(message).message;
         EXPECT_EQ(answer.failure().code(), "permission_denied") << message.ShortDebugString();
         EXPECT_FALSE(answer.failure().fatal());
