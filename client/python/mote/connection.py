@@ -147,7 +147,7 @@ class Connection:
                 return
             if question.is_view:
                 self._abandoned.add(request)
-            elif question.expected == "answer":
+            elif question.expected in ("answer", "look"):
                 cancel = new("ClientMessage")
                 cancel.cancel_query.request = request
                 self._last_request += 1

@@ -20,6 +20,7 @@ from .server import PrivateServer
 
 if TYPE_CHECKING:
     from .dataset import Dataset
+    from .files import Files
     from .jobs import Job
     from .live_run import LiveRun
     from .view import View
@@ -79,6 +80,34 @@ class Session:
 
     def __len__(self) -> int:
         return len(self.datasets)
+
+    # --------------------------------------------------------------------------------------------- files
+
+    def files(self, folder: str = "") -> Files:
+        """What lies in a folder beneath a root of the server, "ROOT/PATH"; by default the roots.
+
+        Each has path, name, kind ("file", "folder", "dataset"), size (bytes) and changed (Unix time, s); ``.notes`` of the
+        list says what is left out. Raises Error (not_found, permission_denied, invalid_argument, unsupported: an older server).
+        """
+        from .files import list_folder
+
+        return list_folder(self.connection, folder)
+
+    def look(self, path: str, *, format: str = "", map: str = "") -> Dict[str, Any]:
+        """What a file beneath a root holds, or a folder as one run: what mote-prep look --json tells, as a dict.
+
+        ``look("data/run.h5")["found"]`` has a dict for each thing that it can be read as: kind, format, columns with their
+        ranges, steps, species, notes (what would be assumed) and refused (why it would not be prepared). It is read by a
+        confined process of the server's, one at a time of a session; an interrupt ends it.
+
+        Args:
+            path: "ROOT/PATH".
+            format: how it is read, as --format; default: told by its content.
+            map: what a table's columns are, as --map: "x=X [mm],px=PX [MeV/c]".
+        """
+        from .files import look
+
+        return look(self.connection, path, format, map)
 
     # ---------------------------------------------------------------------------------------------- jobs
 
