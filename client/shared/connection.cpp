@@ -183,6 +183,28 @@ void Connection::thumbnail(const std::string& dataset, Reply<FramePixels> reply)
                });
 }
 
+void Connection::listFolder(const std::string& folder, std::uint64_t first, Reply<proto::Folder> reply) {
+    proto::ClientMessage question;
+    question.mutable_list_folder()->set_folder(folder);
+    question.mutable_list_folder()->set_first(first);
+    impl_->ask(std::move(question), proto::ServerMessage::kFolder,
+               typed(std::move(reply), &proto::ServerMessage::mutable_folder));
+}
+
+std::uint64_t Connection::lookAtFile(const proto::LookAtFile& wanted, Reply<proto::Look> reply) {
+    proto::ClientMessage question;
+    *question.mutable_look_at_file() = wanted;
+    return impl_->ask(std::move(question), proto::ServerMessage::kLook,
+                      typed(std::move(reply), &proto::ServerMessage::mutable_look));
+}
+
+void Connection::listLoaded(const std::string& dataset, Reply<proto::Loaded> reply) {
+    proto::ClientMessage question;
+    question.mutable_list_loaded()->set_dataset(dataset);
+    impl_->ask(std::move(question), proto::ServerMessage::kLoaded,
+               typed(std::move(reply), &proto::ServerMessage::mutable_loaded));
+}
+
 void Connection::submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, const JobWish& wish) {
     proto::ClientMessage question;
     auto& submitted = *question.mutable_submit_job();

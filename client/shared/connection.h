@@ -47,6 +47,9 @@ struct ViewRequest {
     bool queued = false;  ///< the views before it stay and are drawn first; with finalOnly
 };
 
+/// Servers of this minor version and above list folders, look at files and tell which steps are loaded.
+inline constexpr std::uint32_t filesFromMinor = 5;
+
 /// How a job is to be run.
 struct JobWish {
     bool again = false;           ///< although the same request waits, runs or has its output there
@@ -135,6 +138,13 @@ class Connection {
     void describe(const std::string& dataset, Reply<proto::Description> reply);
     /// A small picture of a dataset, of the server's size; of a server of minor 4 and above.
     void thumbnail(const std::string& dataset, Reply<FramePixels> reply);
+    /// What lies in a folder beneath a root, "ROOT/PATH", from a place in it on; "": the roots. This and the
+    /// next two of a server of filesFromMinor and above.
+    void listFolder(const std::string& folder, std::uint64_t first, Reply<proto::Folder> reply);
+    /// What a file holds, or a folder as one run. Returns what cancelQuery takes; another look ends it too.
+    std::uint64_t lookAtFile(const proto::LookAtFile& wanted, Reply<proto::Look> reply);
+    /// Which steps of a dataset the server has in memory.
+    void listLoaded(const std::string& dataset, Reply<proto::Loaded> reply);
     /// The same request that waits, runs or has its output there is answered with that job.
     void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, const JobWish& wish = {});
     void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);
@@ -151,8 +161,8 @@ class Connection {
     /// Asks for numbers. `reply` is called with each answer, until one of them is the last, or once with an
     /// error; protocol's numbers are checked in numbers.h. Returns what cancelQuery takes.
     std::uint64_t query(const proto::Query& query, Reply<QueryAnswer> reply);
-    /// Ends a query whose answers are not wanted: the server hears of it, its reply is not called again.
-    /// Does nothing if it has ended.
+    /// Ends a query, or a look, whose answers are not wanted: the server hears of it, its reply is not called
+    /// again. Does nothing if it has ended.
     void cancelQuery(std::uint64_t query);
 
     // Listeners, one each; set them before the first poll().

@@ -17,6 +17,7 @@ namespace {
 
 constexpr int mostTicks = 200;
 constexpr std::string_view evenly = "step";
+constexpr ImU32 loadedColor = IM_COL32(70, 170, 120, 255);
 
 /// Every so many steps there is a tick, so that they can be told apart.
 int tickStride(int steps, float width) {
@@ -116,6 +117,55 @@ std::vector<TimeScale> timeScales(const proto::Manifest& manifest) {
     return scales;
 }
 
+void LoadedSteps::look(double now, const std::string& dataset, const proto::Frame* picture, const Ask& ask) {
+    if (dataset != dataset_) {
+        dataset_ = dataset;
+        steps_.clear();
+        due_ = true;
+    }
+    if (picture == nullptr || dataset.empty()) return;
+    if (std::pair(view_, sequence_) != std::pair(picture->view_id(), picture->sequence())) due_ = true;
+    view_ = picture->view_id();
+    sequence_ = picture->sequence();
+    if (!due_ || waiting_ || now - askedAt_ < pause) return;
+    due_ = false;
+    waiting_ = true;
+    askedAt_ = now;
+    ask(dataset, [this, dataset](const Result<proto::Loaded>& loaded) {
+        waiting_ = false;
+        if (!loaded.ok() || dataset != dataset_) return;
+        steps_.assign(loaded->steps().begin(), loaded->steps().end());
+        std::ranges::sort(steps_);
+    });
+}
+
+void LoadedSteps::look(double now, const std::string& dataset, const proto::Frame* picture,
+                       Connection& connection) {
+    if (connection.welcome().minor() < filesFromMinor) return;
+    look(now, dataset, picture, [&](const std::string& of, Connection::Reply<proto::Loaded> reply) {
+        connection.listLoaded(of, std::move(reply));
+    });
+}
+
+bool LoadedSteps::holds(std::uint32_t step) const {
+    return std::ranges::binary_search(steps_, step);
+}
+
+/// Draws a line along the bottom of the track where steps are in the server's memory.
+void TimeBar::drawLoaded(int steps, const std::function<float(int)>& across, float bottom) const {
+    ImDrawList& draw = *ImGui::GetWindowDrawList();
+    const float half = 0.15F * ImGui::GetFontSize();
+    for (const auto index : loaded.steps()) {
+        const int step = static_cast<int>(index);
+        if (step >= steps) break;  // it is not known here yet
+        // Half of the way to either neighbour, and at the ends no further.
+        const float at = across(step);
+        const float from = step > 0 ? 0.5F * (across(step - 1) + at) : at - half;
+        const float to = step + 1 < steps ? 0.5F * (at + across(step + 1)) : at + half;
+        draw.AddRectFilled({std::min(from, to), bottom - half}, {std::max(from, to), bottom}, loadedColor);
+    }
+}
+
 void TimeBar::drawTrack(ViewModel& model, const TimeScale* chosen, float width, PanelActions& actions) const {
     const StepPlaces places{chosen, model.timedSteps()};
     const ImVec2 window = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
@@ -133,6 +183,8 @@ void TimeBar::drawTrack(ViewModel& model, const TimeScale* chosen, float width, 
     const float at = across(places.share(shown));
     draw.AddRectFilled({at - 0.4F * edge, origin.y}, {at + 0.4F * edge, bottom}, IM_COL32(90, 160, 255, 255),
                        3.0F);
+    drawLoaded(
+        places.steps, [&](int step) { return across(places.share(step)); }, bottom);
     const int stride = tickStride(places.steps, room);
     for (int step = 0; step < places.steps; step += stride) {
         const float x = std::round(across(places.share(step)));
@@ -144,6 +196,12 @@ void TimeBar::drawTrack(ViewModel& model, const TimeScale* chosen, float width, 
         const int step = places.nearest(pointed);
         auto what = fmt::format("step {}", step);
         if (chosen != nullptr) what += ", " + chosen->said(static_cast<std::size_t>(step));
+        if (loaded.holds(static_cast<std::uint32_t>(step)))
+            what += "\nin the server's memory: shown without its disk";
+        // Above the bar, whose ends it would cover.
+        const float half = 0.5F * ImGui::CalcTextSize(what.c_str()).x + letter;
+        const float middle = std::max(ImGui::GetIO().MousePos.x, half);
+        ImGui::SetNextWindowPos({middle, window.y}, ImGuiCond_Always, {0.5F, 1.0F});
         ImGui::SetTooltip("%s", what.c_str());
     }
     if (!ImGui::IsItemActive()) return;

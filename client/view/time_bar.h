@@ -5,11 +5,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "client/shared/connection.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/view_model.h"
 #include "protocol/mote.pb.h"
@@ -54,6 +57,29 @@ struct TimeScale {
 /// Those that a dataset says; none of one with fewer than two steps.
 std::vector<TimeScale> timeScales(const proto::Manifest& manifest);
 
+/// Which steps of a dataset the server has in memory: asked for as pictures come, and no more once nothing
+/// changes.
+class LoadedSteps {
+  public:
+    static constexpr double pause = 0.5;  ///< seconds between questions
+
+    using Ask = std::function<void(const std::string& dataset, Connection::Reply<proto::Loaded>)>;
+
+    /// Each frame of the window. `picture`: that is on the screen; null: none. `now`: seconds.
+    void look(double now, const std::string& dataset, const proto::Frame* picture, const Ask& ask);
+    /// The same over a connection, which outlives it; older servers (filesFromMinor) are not asked.
+    void look(double now, const std::string& dataset, const proto::Frame* picture, Connection& connection);
+    bool holds(std::uint32_t step) const;
+    const std::vector<std::uint32_t>& steps() const { return steps_; }  ///< ascending
+
+  private:
+    std::string dataset_;
+    std::vector<std::uint32_t> steps_;  // ascending
+    std::uint64_t view_ = 0, sequence_ = 0;
+    double askedAt_ = -std::numeric_limits<double>::infinity();
+    bool due_ = false, waiting_ = false;
+};
+
 struct TimeBarPlace {
     float left, top, width, scale;  ///< screen coordinates; pixels to one of them
 };
@@ -65,12 +91,14 @@ class TimeBar {
     void draw(ViewModel& model, Playback& playback, const std::vector<TimeScale>& scales,
               const TimeBarPlace& place, PanelActions& actions);
 
-    std::string scale;  ///< by which its ticks lie, if the steps have it; else they lie evenly
+    LoadedSteps loaded;  ///< of the dataset whose steps these are
+    std::string scale;   ///< by which its ticks lie, if the steps have it; else they lie evenly
 
   private:
     static void drawButtons(const Playback& playback, float density, PanelActions& actions);
     void drawRow(ViewModel& model, Playback& playback, const std::vector<TimeScale>& scales, float density,
                  PanelActions& actions);
+    void drawLoaded(int steps, const std::function<float(int)>& across, float bottom) const;
     void drawTrack(ViewModel& model, const TimeScale* chosen, float width, PanelActions& actions) const;
     void drawPlaying(Playback& playback, const std::vector<TimeScale>& scales, float density);
 };

@@ -47,7 +47,7 @@ ConnectionSettings connectionSettings(const ViewOptions& options) {
 Viewer::Viewer(const ViewOptions& options)
     : options_(options),
       window_(options.window),
-      browser_(options.connection),
+      browser_(options.connection, fileLineOf(connection_)),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       pictures_([this](proto::View view, const ViewRequest& request) {
           return connection_.setView(std::move(view), request);
@@ -314,8 +314,12 @@ void Viewer::plot(const AxisNames& axes) {
     const auto& known = server_.catalogue.datasets();
     if (std::ranges::any_of(known, [&](const auto& entry) { return entry.name() == name; }))
         return openDataset(name);
-    awaitedDataset_ = name;
-    connection_.submitJob(*request, [this](Result<proto::JobStatus> reply) {
+    make(*request);
+}
+
+void Viewer::make(const proto::JobRequest& request) {
+    awaitedDataset_ = datasetName(request);
+    connection_.submitJob(request, [this](Result<proto::JobStatus> reply) {
         if (reply.ok()) return replaceJob(*reply);
         awaitedDataset_.clear();
         say(reply.error().toString());

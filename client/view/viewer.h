@@ -104,6 +104,8 @@ class Viewer {
     /// What a pane's dataset is may be another now.
     void learnAnew(const Pane& of);
     void plot(const AxisNames& axes);
+    /// Submits a job, and says when what it makes is there.
+    void make(const proto::JobRequest& request);
 
     // What is worked on: what the active pane shows.
 

@@ -355,6 +355,8 @@ void Viewer::drawTime(const PictureArea& whole) {
     const auto scales = described != nullptr ? timeScales(described->manifest()) : std::vector<TimeScale>();
     const auto before = timed().model.timedLayer().step();
     const auto scale = timeBar_.scale;
+    timeBar_.loaded.look(ImGui::GetTime(), timed().model.timedLayer().dataset(), timed().frame.get(),
+                         connection_);
     timeBar_.draw(timed().model, playback_, scales, {0.0F, whole.height, whole.width, whole.scale}, actions);
     timed().dirty |= timed().model.timedLayer().step() != before;
     if (timeBar_.scale != scale) keepWish(timeScaleWish, timeBar_.scale);
@@ -429,6 +431,7 @@ void Viewer::makeCommands() {
         say("No earlier session of this server is known.");
     });
     add("File", "Open dataset...", "D", [this] { browser_.open(DatasetBrowser::Use::open); });
+    add("File", "Prepare a file...", "Shift+D", [this] { browser_.openFiles(); });
     add("Layer", "Add dataset...", "", [this] { browser_.open(DatasetBrowser::Use::add); });
     add("Layer", "Replace dataset...", "", [this] { browser_.open(DatasetBrowser::Use::replace); });
     add("Layer", "Cut away by hand", "C", [this] { handles_.cuts = !handles_.cuts; });
@@ -776,6 +779,7 @@ void Viewer::browse(const PictureArea& area) {
     const auto chosen = browser_.draw(area);
     if (!chosen) return;
     ++gesture_;
+    if (chosen->job) return make(*chosen->job);
     if (chosen->use == DatasetBrowser::Use::open) return openDataset(chosen->dataset);
     if (chosen->use == DatasetBrowser::Use::add) return addDataset(chosen->dataset);
     setDataset(chosen->dataset, false);

@@ -119,6 +119,27 @@ class DeskMade(DeskCase):
             pixels = numpy.asarray(picture.convert("RGB"))
         numpy.testing.assert_array_equal(pixels[:560, :800], shown)
 
+    def test_103_a_picture_is_copied_on_wayland(self):
+        tools = hand.new_folder()
+        copied = tools / "copied"
+        program = tools / "wl-copy"
+        program.write_text(f"#!/bin/sh\necho \"$@\" > {tools}/words\n/bin/cat > {copied}.part && /bin/mv {copied}.part {copied}\n",
+                           encoding="utf-8")
+        program.chmod(0o755)
+        other = tools / "xclip"  # which is not asked
+        other.write_text(f"#!/bin/sh\n/bin/cat > {tools}/other\n", encoding="utf-8")
+        other.chmod(0o755)
+        viewer = self.beam(PATH=f"{tools}:/nowhere", WAYLAND_DISPLAY="wayland-none")
+        shown = viewer.picture()[:560, :800]
+        viewer.key("ctrl+c")
+        viewer.until(copied.exists, "the picture")
+        self.assertEqual((tools / "words").read_text(encoding="utf-8"), "--type image/png\n")
+        self.assertFalse((tools / "other").exists())
+        with Image.open(copied) as picture:
+            self.assertEqual(picture.format, "PNG")
+            pixels = numpy.asarray(picture.convert("RGB"))
+        numpy.testing.assert_array_equal(pixels[:560, :800], shown)
+
     def test_54_the_command_that_makes_the_picture_is_copied(self):
         viewer = self.beam()
         viewer.do("Copy the command that makes this picture")
@@ -179,27 +200,6 @@ class DeskMade(DeskCase):
         viewer.press("Again", within=(PANEL, 610, 1280, 720))
         viewer.see("pictures of data/beam, 3 frames: succeeded", within=(PANEL, 400, 1280, 720), nth=1)
 
-    def test_99_a_region_lights_its_densities(self):
-        viewer = self.beam()
-        plot = (PANEL, 552, 1260, 670)
-        lit = lambda: (numpy.abs(viewer.picture()[plot[1]:plot[3], plot[0]:plot[2]].astype(int) - (206, 182, 108)).max(2) < 14)
-        self.assertLess(lit().sum(), 30)
-        viewer.key("t")
-        viewer.see("Densities: drag a rectangle", within=(0, 0, PANEL, 60))
-        view = viewer.view()
-        viewer.drag((420, 250), (560, 330))
-        viewer.see("particles in it", within=(0, 0, PANEL, 60))
-        viewer.until(lambda: lit().sum() > 300, "its densities")
-        middle = lit()
-        viewer.drag((240, 240), (330, 390))  # the thin rim
-        viewer.until(lambda: lit().sum() > 30 and not numpy.array_equal(lit(), middle), "others")
-        columns = lambda seen: numpy.average(numpy.nonzero(seen)[1])
-        viewer.until(lambda: columns(lit()) < columns(middle) - 10, "thinner ones")
-        self.assertEqual(viewer.view(), view)  # the camera stays where it was
-        viewer.key("Escape")
-        viewer.until(lambda: lit().sum() < 30, "their end")
-
-    def test_100_the_axis_of_densities_is_linear(self):
     def test_113_strokes_of_a_film_stay(self):
         viewer = self.viewer("--view", self.saved("ink.json", {"layers": [{"dataset": "data/magnet", "ink": {}}]}))
         viewer.see("exact", within=(PANEL, 60, 1280, 110))
@@ -225,6 +225,27 @@ class DeskMade(DeskCase):
             self.assertNotIn("coherent", ink)
         viewer.press("Cancel")
 
+    def test_99_a_region_lights_its_densities(self):
+        viewer = self.beam()
+        plot = (PANEL, 552, 1260, 670)
+        lit = lambda: (numpy.abs(viewer.picture()[plot[1]:plot[3], plot[0]:plot[2]].astype(int) - (206, 182, 108)).max(2) < 14)
+        self.assertLess(lit().sum(), 30)
+        viewer.key("t")
+        viewer.see("Densities: drag a rectangle", within=(0, 0, PANEL, 60))
+        view = viewer.view()
+        viewer.drag((420, 250), (560, 330))
+        viewer.see("particles in it", within=(0, 0, PANEL, 60))
+        viewer.until(lambda: lit().sum() > 300, "its densities")
+        middle = lit()
+        viewer.drag((240, 240), (330, 390))  # the thin rim
+        viewer.until(lambda: lit().sum() > 30 and not numpy.array_equal(lit(), middle), "others")
+        columns = lambda seen: numpy.average(numpy.nonzero(seen)[1])
+        viewer.until(lambda: columns(lit()) < columns(middle) - 10, "thinner ones")
+        self.assertEqual(viewer.view(), view)  # the camera stays where it was
+        viewer.key("Escape")
+        viewer.until(lambda: lit().sum() < 30, "their end")
+
+    def test_100_the_axis_of_densities_is_linear(self):
         viewer = self.beam()
         viewer.wheel(1100, 600, -6)
         panel = (PANEL, 0, 1280, 690)

@@ -199,14 +199,15 @@ def new_folder():
 class Viewer:
     """mote-view in a window of its own display."""
 
-    def __init__(self, arguments, size=(1280, 720), state=None, display=None, home=None):
+    def __init__(self, arguments, size=(1280, 720), state=None, display=None, home=None, **environment):
         self.size = size
         self.display = display or Display(*size)
         self.own = display is None
         self.folder = pathlib.Path(state) if state else new_folder()
         self.log = open(self.folder / "said", "w+", encoding="utf-8")
-        environment = dict(os.environ, DISPLAY=self.display.name, XDG_STATE_HOME=str(self.folder / "state"),
-                           XDG_CACHE_HOME=str(self.folder / "cache"), HOME=str(home or self.folder), WAYLAND_DISPLAY="")
+        environment = {**os.environ, "DISPLAY": self.display.name, "XDG_STATE_HOME": str(self.folder / "state"),
+                       "XDG_CACHE_HOME": str(self.folder / "cache"), "HOME": str(home or self.folder), "WAYLAND_DISPLAY": "",
+                       **environment}
         self.process = subprocess.Popen([str(BIN.resolve() / "mote-view"), "--size", f"{size[0]}x{size[1]}",
                                          *map(str, arguments)],
                                         env=environment, cwd=self.folder, stderr=self.log)

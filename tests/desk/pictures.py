@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the pictures of docs/VIEWER.md, but for the first, by a hand in a real window of a virtual display.
 
-    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear, jobs, densities, saver
+    MOTE_BIN=build/release/bin pictures.py OUT [NAME...]    names: layers, cut, brush, datasets, keys, views, cameras, time, clear, jobs, densities, saver,
+                                                    files
 """
 import json
 import math
@@ -23,7 +24,8 @@ from desk_made_test import descendant
 
 PLOTS = {"beam": "x,px,y", "beam-xyz": "x,y,z", "beam-long": "z,pz,x", "beam-y": "y,py,x"}
 LIST = (0, 80, PANEL, 720)
-NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear", "jobs", "densities", "saver")
+NAMES = ("layers", "cut", "brush", "datasets", "keys", "views", "cameras", "time", "clear", "jobs", "densities", "saver",
+         "files")
 STEP = 2
 
 
@@ -96,6 +98,15 @@ class Pictures:
             viewer.key("Down")
         self.keep(viewer, "datasets")
 
+    def files(self):
+        viewer = self.viewer(self.beam())
+        viewer.key("shift+d")
+        viewer.see("run.h5", within=LIST)
+        viewer.type("run")
+        viewer.key("Return")
+        viewer.see("Prepare (")
+        self.keep(viewer, "files")
+
     def keys(self):
         viewer = self.viewer(self.beam())
         viewer.key("?")
@@ -121,7 +132,11 @@ class Pictures:
         viewer = self.viewer(self.beam())
         viewer.press("step", within=(820, 690, PANEL, 720))
         viewer.press("time", within=(820, 560, PANEL, 700))
-        viewer.move(490, 705)
+        for key in ("Right", "Right", "Left"):  # two more are loaded
+            viewer.key(key)
+            viewer.see("exact", within=(PANEL, 60, 1280, 110))
+            time.sleep(1.0)
+        viewer.move(430, 705)
         self.keep(viewer, "time")
 
     def jobs(self):

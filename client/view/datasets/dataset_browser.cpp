@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/datasets/dataset_browser.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
-#include <ctime>
 #include <numeric>
 #include <utility>
 
 #include "client/view/commands.h"
+#include "client/view/datasets/list_rows.h"
 #include "client/view/panel_widgets.h"
 
 namespace mote::client {
@@ -40,14 +39,6 @@ int compareBy(DatasetIndex::Column column, const proto::Catalogue::Entry& one,
         default:
             return one.name().compare(other.name());
     }
-}
-
-/// "2026-11-28 14:05", by this machine's clock; empty where it is not known.
-std::string dateOf(std::int64_t unixMs) {
-    const std::time_t seconds = unixMs / 1000;
-    std::tm local{};
-    if (unixMs <= 0 || ::localtime_r(&seconds, &local) == nullptr) return {};
-    return fmt::format("{:%Y-%m-%d %H:%M}", local);
 }
 
 }  // namespace
@@ -82,6 +73,19 @@ const std::vector<int>& DatasetIndex::find(std::string_view typed, Column column
 void DatasetBrowser::open(Use use) {
     use_ = use;
     opening_ = true;
+    showPage(false);
+}
+
+void DatasetBrowser::openFiles() {
+    open(Use::open);
+    showPage(true);
+}
+
+void DatasetBrowser::showPage(bool files) {
+    if (filesShown_ && !files) files_.rest();
+    if (!filesShown_ && files) files_.begin();
+    if (filesShown_ && !files) focus_ = true;
+    filesShown_ = files;
 }
 
 void DatasetBrowser::setCatalogue(const proto::Catalogue& catalogue) {
@@ -94,6 +98,7 @@ std::optional<DatasetBrowser::Choice> DatasetBrowser::draw(const PictureArea& ar
     if (begins) {
         typed_.fill('\0');
         row_ = 0;
+        focus_ = true;
         ImGui::OpenPopup("datasets");
     }
     const ImVec2 display = ImGui::GetIO().DisplaySize;
@@ -103,24 +108,52 @@ std::optional<DatasetBrowser::Choice> DatasetBrowser::draw(const PictureArea& ar
                               std::min(browserHeight * area.scale, display.y - 20.0F)});
     ImGui::SetNextWindowBgAlpha(1.0F);
     if (!ImGui::BeginPopup("datasets")) {
-        if (std::exchange(open_, false)) thumbnails_.rest();
+        if (!std::exchange(open_, false)) return std::nullopt;
+        thumbnails_.rest();
+        files_.rest();
         return std::nullopt;
     }
     open_ = true;
+    drawPages();
+    const auto choice = filesShown_ ? drawFiles(area.scale) : drawDatasets(area.scale);
+    if (choice || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    return choice;
+}
+
+/// What the list is for, and the way to its other page.
+void DatasetBrowser::drawPages() {
+    constexpr const char* labels[] = {"Datasets", "Prepare a file..."};
+    for (const bool files : {false, true}) {
+        if (files) ImGui::SameLine();
+        const bool chosen = filesShown_ == files;
+        if (chosen) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (ImGui::Button(labels[files ? 1 : 0])) showPage(files);
+        if (chosen) ImGui::PopStyleColor();
+    }
+    ImGui::SameLine();
+    dim(filesShown_ ? "A file of the server becomes a dataset"
+                    : browserTitles[static_cast<std::size_t>(use_)]);
+}
+
+std::optional<DatasetBrowser::Choice> DatasetBrowser::drawFiles(float scale) {
+    auto choice = files_.draw(scale);
+    if (!choice) return std::nullopt;
+    return Choice{use_, choice->dataset, std::move(choice->job)};
+}
+
+std::optional<DatasetBrowser::Choice> DatasetBrowser::drawDatasets(float scale) {
     chosen_.reset();
-    text(browserTitles[static_cast<std::size_t>(use_)]);
-    if (begins) ImGui::SetKeyboardFocusHere();
+    if (std::exchange(focus_, false)) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1.0F);
     const bool entered =
         ImGui::InputTextWithHint("##typed", "type a part of a name, a kind, a title", typed_.data(),
                                  typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
-    drawList(area.scale);
+    drawList(scale);
     if (entered && row_ < static_cast<int>(found_.size()))
         chosen_ = catalogue_.datasets(found_[static_cast<std::size_t>(row_)]).name();
-    if (chosen_ || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
-    ImGui::EndPopup();
     thumbnails_.show(seen_);
-    return chosen_ ? std::optional(Choice{use_, *chosen_}) : std::nullopt;
+    return chosen_ ? std::optional(Choice{use_, *chosen_, {}}) : std::nullopt;
 }
 
 void DatasetBrowser::drawList(float scale) {
@@ -153,7 +186,7 @@ void DatasetBrowser::drawList(float scale) {
     if (before != sought_) row_ = 0;
     const int count = static_cast<int>(found_.size());
     const float height = pictureHeight * scale + 2.0F * ImGui::GetStyle().CellPadding.y;
-    takeKeys(count, height);
+    moveRow(row_, count, height);
     ImGuiListClipper clipper;
     clipper.Begin(count, height);
     while (clipper.Step()) {
@@ -164,18 +197,6 @@ void DatasetBrowser::drawList(float scale) {
     const int all = catalogue_.datasets_size();
     dim(all == 0 ? "The server has no datasets."
                  : fmt::format("{} of {}   Enter takes the marked one", count, all));
-}
-
-void DatasetBrowser::takeKeys(int count, float height) {
-    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
-    const int page = std::max(static_cast<int>(ImGui::GetWindowHeight() / height) - 2, 1);
-    const int way = (pressed(ImGuiKey_DownArrow) ? 1 : 0) - (pressed(ImGuiKey_UpArrow) ? 1 : 0) +
-                    (pressed(ImGuiKey_PageDown) ? page : 0) - (pressed(ImGuiKey_PageUp) ? page : 0);
-    row_ = std::clamp(row_ + way, 0, std::max(count - 1, 0));
-    if (way == 0) return;
-    const float top = static_cast<float>(row_) * height;
-    const float room = ImGui::GetWindowHeight() - 2.0F * height;
-    ImGui::SetScrollY(std::clamp(ImGui::GetScrollY(), std::max(top - room, 0.0F), top));
 }
 
 void DatasetBrowser::drawRow(int row, float height) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/view/datasets/dataset_thumbnails.h"
+#include "client/view/datasets/file_browser.h"
 #include "client/view/over_picture.h"
 #include "protocol/mote.pb.h"
 
@@ -44,11 +45,16 @@ class DatasetBrowser {
     struct Choice {
         Use use;
         std::string dataset;
+        std::optional<proto::JobRequest>
+            job;  ///< a dataset that is to be made, in place of one that is there
     };
 
-    explicit DatasetBrowser(std::filesystem::path connection) : thumbnails_(std::move(connection)) {}
+    DatasetBrowser(std::filesystem::path connection, FileLine files)
+        : thumbnails_(std::move(connection)), files_(std::move(files)) {}
 
     void open(Use use);
+    /// The other page: a file becomes a dataset.
+    void openFiles();
     bool isOpen() const { return open_ || opening_; }
     /// The catalogue is another now.
     void setCatalogue(const proto::Catalogue& catalogue);
@@ -58,10 +64,15 @@ class DatasetBrowser {
   private:
     void drawList(float scale);
     void drawRow(int row, float height);
-    void takeKeys(int count, float height);
+    void showPage(bool files);
+    void drawPages();
+    std::optional<Choice> drawDatasets(float scale);
+    std::optional<Choice> drawFiles(float scale);
 
     DatasetIndex index_;
     DatasetThumbnails thumbnails_;
+    FileBrowser files_;
+    bool filesShown_ = false, focus_ = false;
     proto::Catalogue catalogue_;
     Use use_ = Use::open;
     std::array<char, 128> typed_{};

@@ -299,6 +299,52 @@ TEST_F(ConnectionTest, AThumbnailIsAPicture) {
     }
 }
 
+TEST_F(ConnectionTest, FilesAreAskedForAndALookIsCancelled) {
+    connect(quietSettings(), filesFromMinor);
+    std::optional<Result<proto::Folder>> folder;
+    connection_->listFolder("data/runs", 20, [&](Result<proto::Folder> reply) { folder = std::move(reply); });
+    auto question = server_.read();
+    EXPECT_EQ(question.list_folder().folder(), "data/runs");
+    EXPECT_EQ(question.list_folder().first(), 20U);
+    proto::ServerMessage answer;
+    answer.set_reply_to(question.request());
+    answer.mutable_folder()->set_total(21);
+    server_.send(answer);
+    ASSERT_TRUE(eventually(*connection_, [&] { return folder.has_value(); }));
+    EXPECT_EQ(folder->value().total(), 21U);
+
+    proto::LookAtFile wanted;
+    wanted.set_input("data/run.h5");
+    bool told = false;
+    const auto first = connection_->lookAtFile(wanted, [&](const Result<proto::Look>&) { told = true; });
+    const auto cancelled = server_.read();
+    EXPECT_EQ(cancelled.look_at_file().input(), "data/run.h5");
+    connection_->cancelQuery(first);
+    EXPECT_EQ(server_.read().cancel_query().request(), cancelled.request());
+    std::optional<Result<proto::Look>> look;
+    connection_->lookAtFile(wanted, [&](Result<proto::Look> reply) { look = std::move(reply); });
+    question = server_.read();
+    answer.set_reply_to(cancelled.request());
+    answer.mutable_failure()->set_code("cancelled");
+    server_.send(answer);
+    answer.set_reply_to(question.request());
+    answer.mutable_look()->set_input("data/run.h5");
+    server_.send(answer);
+    ASSERT_TRUE(eventually(*connection_, [&] { return look.has_value(); }));
+    EXPECT_EQ(look->value().input(), "data/run.h5");
+    EXPECT_FALSE(told) << "it was cancelled";
+
+    std::optional<Result<proto::Loaded>> loaded;
+    connection_->listLoaded("data/beam", [&](Result<proto::Loaded> reply) { loaded = std::move(reply); });
+    question = server_.read();
+    EXPECT_EQ(question.list_loaded().dataset(), "data/beam");
+    answer.set_reply_to(question.request());
+    answer.mutable_loaded()->add_steps(3);
+    server_.send(answer);
+    ASSERT_TRUE(eventually(*connection_, [&] { return loaded.has_value(); }));
+    EXPECT_EQ(loaded->value().steps(0), 3U);
+}
+
 // Queued views: each is drawn and each frame is taken, in order, whatever the line does.
 
 using testing::ElementsAre;

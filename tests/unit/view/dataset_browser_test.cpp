@@ -76,7 +76,7 @@ int verticesOf(int datasets) {
     io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
     int vertices = 0;
     {
-        DatasetBrowser browser("/nowhere/connection.json");
+        DatasetBrowser browser("/nowhere/connection.json", {});
         browser.setCatalogue(catalogueOf(datasets));
         browser.open(DatasetBrowser::Use::open);
         for (int frame = 0; frame < 4; ++frame) {
