@@ -35,11 +35,20 @@ constexpr std::array<ColumnFact, columnCount - 1> columns{{{Column::x, "x", "m"}
                                                            {Column::pz, "pz", "eV/c"},
                                                            {Column::weight, "weight", ""}}};
 
+/// For people, whom more digits tell nothing.
+std::string shortText(double value) {
+    return fmt::format("{:.6g}", value);
+}
+template <class T>
+std::string shortText(T value) {
+    return fmt::format("{}", value);
+}
+
 /// "0 to 9", or "0" of one.
 template <class T>
 std::string ends(const std::vector<T>& values) {
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
-    return *low == *high ? fmt::format("{}", *low) : fmt::format("{} to {}", *low, *high);
+    return *low == *high ? shortText(*low) : shortText(*low) + " to " + shortText(*high);
 }
 
 /// How many steps there are, of which times, with how many particles.
@@ -111,7 +120,7 @@ Status readRanges(ParticleSource& source, bool all, Progress& progress, Found& f
     found.facts.push_back({"lost", lost, "lost", lost > 0 ? fmt::format("{}", lost) : ""});
     const bool every = all || source.steps().size() < 2;
     found.facts.push_back({"rangesOf", std::string(every ? "all" : "first"), "ranges",
-                           every ? "" : "of the first step; --all looks at every step"});
+                           every ? "" : "of the first step alone (--all: of every step)"});
     return success();
 }
 

@@ -49,7 +49,7 @@ Result<std::vector<Found>> lookAtMesh(const std::filesystem::path& input, const 
     found.facts.push_back({"faces", counts.triangles, "faces",
                            fmt::format("{} triangles, {} of which are kept", counts.triangles, kept)});
     found.facts.push_back({"triangles", kept});
-    found.facts.push_back({"unit", std::string(), "unit", "not said; --unit says it"});
+    found.facts.push_back({"unit", std::string(), "unit", "not said: give it (--unit)"});
     addBounds(read.mesh, found);
     found.notes = notes.notes();
     if (const auto repairs = describeRepairs(counts); !repairs.empty()) found.notes.push_back(repairs);

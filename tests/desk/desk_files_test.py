@@ -25,6 +25,10 @@ class DeskFiles(DeskCase):
         runs.mkdir(parents=True)
         shutil.copy(cls.root / "run.h5", runs / "shot.h5")
         (runs / "noise.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(256)) * 8)
+        (cls.root / "turns").mkdir()
+        for turn in range(1, 4):
+            rows = "".join(f"{x * 1e-4},{turn * x * 10},{(x * x % 7) * 1e-4}\n" for x in range(-500, 500))
+            (cls.root / "turns" / f"turn_{turn}.csv").write_text("x [m],px [eV/c],y [m]\n" + rows, encoding="ascii")
         (cls.root / "many").mkdir()
         for number in range(10_000):
             (cls.root / "many" / f"scan_{number}.h5").touch()
@@ -146,6 +150,20 @@ class DeskFiles(DeskCase):
         viewer.press("cube.obj", within=FILES)
         viewer.see("12 triangles", within=CONTENT)
         viewer.see("becomes", within=CONTENT)
+
+    def test_110_several_files_are_one_run(self):
+        viewer = self.beam()
+        viewer.key("shift+d")
+        viewer.press("turns/", within=FILES)
+        viewer.see("turn_3.csv", within=FILES)
+        viewer.type("turn")
+        viewer.press("(these 3 files", within=FILES)
+        viewer.see("the first of 3 files", within=CONTENT)
+        viewer.see("particles", within=CONTENT)
+        viewer.key("ctrl+Return")
+        viewer.see("data/turns/turn is made", within=(0, 550, PANEL, 720))
+        manifest = self.manifest("turns/turn")
+        self.assertEqual(len(manifest["particles"]["steps"]), 3)
 
     def test_109_the_time_bar_shows_what_is_loaded(self):
         viewer = self.beam()

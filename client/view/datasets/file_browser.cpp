@@ -149,13 +149,14 @@ void FileBrowser::begin() {
 }
 
 void FileBrowser::rest() {
+    if (looking_) input_.clear();
     endLook();
 }
 
 void FileBrowser::go(const std::string& folder) {
     if (folder != wanted_ || folder != list_.folder()) {
         typed_.fill('\0');
-        row_ = 0;
+        row_.reset();
         input_.clear();
         endLook();
         look_.reset();
@@ -203,28 +204,63 @@ bool FileBrowser::isTaken(const std::string& path) const {
                                [&](const auto& entry) { return pathOf(entry.name()) == path; });
 }
 
-/// What a row would be looked at as; empty: nothing.
-std::string FileBrowser::inputOf(int row) const {
-    if (row < rowsAbove()) return row == 1 ? list_.folder() : "";
-    const auto at = static_cast<std::size_t>(row - rowsAbove());
-    if (at >= found_.size()) return {};
-    const auto& entry = list_.entries()[static_cast<std::size_t>(found_[at])];
-    return entry.kind() == proto::Folder::FILE ? pathOf(entry.name()) : "";
+/// Above the files that are listed: the way up and the folder as a whole, or what was found as a whole.
+std::vector<FileBrowser::Above> FileBrowser::rowsAbove() const {
+    if (typed_[0] == '\0')
+        return list_.folder().empty() ? std::vector<Above>() : std::vector{Above::up, Above::folder};
+    const auto isFile = [this](int at) {
+        return list_.entries()[static_cast<std::size_t>(at)].kind() == proto::Folder::FILE;
+    };
+    const bool files = found_.size() > 1 && std::ranges::all_of(found_, isFile);
+    return files ? std::vector{Above::files} : std::vector<Above>();
+}
+
+/// Null: the row is one of those above, or there is none.
+const proto::Folder::Entry* FileBrowser::entryOf(int row) const {
+    const auto at = static_cast<std::size_t>(row) - above_.size();
+    return at < found_.size() ? &list_.entries()[static_cast<std::size_t>(found_[at])] : nullptr;
+}
+
+/// What a row would be looked at as; none: nothing. Several are one run, in the order of their names.
+std::vector<std::string> FileBrowser::inputsOf(int row) const {
+    std::vector<std::string> inputs;
+    if (const auto* const entry = entryOf(row)) {
+        if (entry->kind() == proto::Folder::FILE) inputs.push_back(pathOf(entry->name()));
+    } else if (static_cast<std::size_t>(row) >= above_.size()) {
+        return inputs;
+    } else if (above_[static_cast<std::size_t>(row)] == Above::folder) {
+        inputs.push_back(list_.folder());
+    } else if (above_[static_cast<std::size_t>(row)] == Above::files) {
+        auto found = found_;
+        std::ranges::sort(found);
+        for (const int at : found)
+            inputs.push_back(pathOf(list_.entries()[static_cast<std::size_t>(at)].name()));
+    }
+    return inputs;
+}
+
+std::string FileBrowser::nameOf(int row) const {
+    if (const auto* const entry = entryOf(row))
+        return entry->name() + (entry->kind() == proto::Folder::FOLDER ? "/" : "");
+    switch (above_[static_cast<std::size_t>(row)]) {
+        case Above::up:
+            return "..";
+        case Above::folder:
+            return "(this folder, as one run)";
+        default:
+            return fmt::format("(these {} files, as one run)", found_.size());
+    }
 }
 
 /// What Enter and a click do.
 void FileBrowser::enter(int row) {
-    if (row < rowsAbove()) return row == 0 ? goUp() : lookAt(inputOf(row));
-    const auto at = static_cast<std::size_t>(row - rowsAbove());
-    if (at >= found_.size()) return;
-    const auto entry = list_.entries()[static_cast<std::size_t>(found_[at])];
-    const auto path = pathOf(entry.name());
-    if (entry.kind() == proto::Folder::FOLDER) return go(path);
-    if (entry.kind() == proto::Folder::DATASET) {
-        choice_ = Choice{path.substr(0, path.size() - std::string_view(".mote").size())};
-        return;
-    }
-    lookAt(path);
+    const auto* const found = entryOf(row);
+    if (found == nullptr && static_cast<std::size_t>(row) >= above_.size()) return;
+    if (found == nullptr && above_[static_cast<std::size_t>(row)] == Above::up) return goUp();
+    if (found == nullptr || found->kind() == proto::Folder::FILE) return lookAt(inputsOf(row));
+    const auto path = pathOf(found->name());
+    if (found->kind() == proto::Folder::FOLDER) return go(path);
+    choice_ = Choice{path.substr(0, path.size() - std::string_view(".mote").size())};
 }
 
 // -------------------------------------------------------------------------------------------- a file
@@ -236,10 +272,13 @@ void FileBrowser::endLook() {
     ++looks_;
 }
 
-void FileBrowser::lookAt(const std::string& input) {
-    if (input == input_ && (look_ || looking_)) return;
+/// Of several the first: the others of a run are as it is.
+void FileBrowser::lookAt(const std::vector<std::string>& inputs) {
+    const auto input = inputs.empty() ? std::string() : inputs.front();
+    if (input == input_ && inputs.size() == inputs_.size() && (look_ || looking_)) return;
     endLook();
     input_ = input;
+    inputs_ = inputs;
     look_.reset();
     lookError_.clear();
     formError_.clear();
@@ -268,10 +307,10 @@ void FileBrowser::take(const proto::Look& look) {
 void FileBrowser::chooseFound(int found) {
     chosenFound_ = found;
     becomings_.clear();
-    if (found < look_->found_size()) becomings_ = becomings(input_, look_->found(found));
+    if (found < look_->found_size()) becomings_ = becomings(inputs_, look_->found(found));
     if (becomings_.empty()) return;
     const auto name = look_->found_size() > 1 ? look_->found(found).name() : std::string();
-    form_.output = outputFor(input_, name, [this](const std::string& path) { return isTaken(path); });
+    form_.output = outputFor(inputs_, name, [this](const std::string& path) { return isTaken(path); });
     form_.title.clear();
     chooseBecoming(0);
 }
@@ -326,18 +365,14 @@ void FileBrowser::drawWay() {
     if (wanted) go(*wanted);
     if (std::exchange(focus_, false)) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1.0F);
-    // With Ctrl it prepares.
     const bool entered = ImGui::InputTextWithHint("##typed", "type a part of a name", typed_.data(),
-                                                  typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue) &&
-                         !ImGui::GetIO().KeyCtrl;
+                                                  typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
     const bool here = ImGui::IsItemActive();
     const bool empty = typed_[0] == '\0';
     if (here && empty && emptyBefore_ && pressed(ImGuiKey_Backspace)) goUp();
     emptyBefore_ = empty;
-    if (entered) {
-        enter(row_);
-        focus_ = true;
-    }
+    focus_ |= entered;
+    entered_ = entered && !ImGui::GetIO().KeyCtrl;  // with Ctrl it prepares
 }
 
 void FileBrowser::drawList(float scale) {
@@ -346,7 +381,7 @@ void FileBrowser::drawList(float scale) {
     constexpr auto flags = ImGuiTableFlags_ScrollY | ImGuiTableFlags_Sortable | ImGuiTableFlags_RowBg |
                            ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_Resizable;
     const std::string before = std::exchange(sought_, typed_.data());
-    if (before != sought_) row_ = 0;
+    if (before != sought_) row_.reset();
     const float below = ImGui::GetTextLineHeightWithSpacing();
     if (!ImGui::BeginTable("list", 3, flags, {0.0F, -below})) return;
     constexpr auto fixed = ImGuiTableColumnFlags_WidthFixed;
@@ -360,25 +395,34 @@ void FileBrowser::drawList(float scale) {
         descending_ = sorted->Specs[0].SortDirection == ImGuiSortDirection_Descending;
     }
     found_ = list_.find(typed_.data(), column_, descending_);
-    const int count = static_cast<int>(found_.size()) + rowsAbove();
+    above_ = rowsAbove();
+    const int above = static_cast<int>(above_.size()), count = static_cast<int>(found_.size()) + above;
+    if (!row_ && !listing_) {
+        row_ = found_.empty() ? 0 : above;  // the first of what is listed
+        ImGui::SetScrollY(0.0F);
+    }
+    int row = row_.value_or(0);
     const float height = ImGui::GetTextLineHeight() + 2.0F * ImGui::GetStyle().CellPadding.y;
-    const int rowBefore = row_;
-    moveRow(row_, count, height);
-    if (row_ != rowBefore) {
+    moveRow(row, count, height);
+    if (row_ && row != *row_) {
+        row_ = row;
         markedAt_ = ImGui::GetTime();
         lookWaits_ = true;
     }
     if (lookWaits_ && ImGui::GetTime() - markedAt_ >= restOfMark) {
         lookWaits_ = false;
-        if (const auto input = inputOf(row_); !input.empty()) lookAt(input);
+        // Many files, only on request.
+        if (const auto inputs = inputsOf(row); !inputs.empty() && row >= above) lookAt(inputs);
     }
+    // Of the list that is searched by all that was typed before it.
+    if (std::exchange(entered_, false) && row_) enter(*row_);
     ImGuiListClipper clipper;
     clipper.Begin(count, height);
     std::optional<int> clicked;
     while (clipper.Step()) {
-        for (int row = clipper.DisplayStart; row < clipper.DisplayEnd; ++row) {
-            drawRow(row);
-            if (ImGui::IsItemClicked()) clicked = row;
+        for (int at = clipper.DisplayStart; at < clipper.DisplayEnd; ++at) {
+            drawRow(at);
+            if (ImGui::IsItemClicked()) clicked = at;
         }
     }
     ImGui::EndTable();
@@ -387,7 +431,7 @@ void FileBrowser::drawList(float scale) {
     dim(said + "   Enter opens, Backspace goes up");
     if (!clicked) return;
     row_ = *clicked;
-    enter(row_);
+    enter(*clicked);
     focus_ = true;
 }
 
@@ -398,24 +442,15 @@ void FileBrowser::drawRow(int row) {
         ImGui::TableSetColumnIndex(column);
         text(words);
     };
-    const bool above = row < rowsAbove();
-    const proto::Folder::Entry none;
-    const auto& entry =
-        above
-            ? none
-            : list_.entries()[static_cast<std::size_t>(found_[static_cast<std::size_t>(row - rowsAbove())])];
-    const bool folder = entry.kind() == proto::Folder::FOLDER;
-    const auto name = above ? row == 0 ? std::string("..") : std::string("(this folder, as one run)")
-                            : entry.name() + (folder ? "/" : "");
-    if (!above) {
-        cell(1, entry.kind() == proto::Folder::FILE ? metric(static_cast<double>(entry.bytes()), "B")
-                : folder                            ? ""
-                                                    : "dataset");
-        cell(2, dateOf(entry.changed_ms()));
+    if (const auto* const entry = entryOf(row)) {
+        cell(1, entry->kind() == proto::Folder::FILE      ? metric(static_cast<double>(entry->bytes()), "B")
+                : entry->kind() == proto::Folder::DATASET ? "dataset"
+                                                          : "");
+        cell(2, dateOf(entry->changed_ms()));
     }
     ImGui::TableSetColumnIndex(0);
     // Last: it is the item that is asked whether it was clicked.
-    ImGui::Selectable((name + "###row").c_str(), row == row_,
+    ImGui::Selectable((nameOf(row) + "###row").c_str(), row == row_.value_or(0),
                       ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_DontClosePopups);
     ImGui::PopID();
 }
@@ -428,6 +463,9 @@ void FileBrowser::drawContent() {
             "of pictures or of DICOM is looked at as a whole by the row in its brackets.");
     }
     text(lastPart(input_));
+    if (inputs_.size() > 1)
+        dim(fmt::format("the first of {} files; that the others are like it, the job checks",
+                        inputs_.size()));
     if (looking_) {
         ImGui::SameLine();
         if (ImGui::SmallButton("Stop")) {

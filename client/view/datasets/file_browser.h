@@ -80,14 +80,16 @@ class FileBrowser {
     void go(const std::string& folder);
     void askPage(std::uint64_t first);
     void goUp();
-    void lookAt(const std::string& input);
+    void lookAt(const std::vector<std::string>& inputs);
     void endLook();
     void take(const proto::Look& look);
     void chooseFound(int found);
     void chooseBecoming(int becoming);
     std::string pathOf(const std::string& name) const;
     bool isTaken(const std::string& path) const;
-    std::string inputOf(int row) const;
+    std::vector<std::string> inputsOf(int row) const;
+    std::string nameOf(int row) const;
+    const proto::Folder::Entry* entryOf(int row) const;
     void enter(int row);
 
     void drawWay();
@@ -101,23 +103,26 @@ class FileBrowser {
     void drawOutput();
     void prepare();
 
-    // Rows above those of files: up, and the folder as a whole.
-    int rowsAbove() const { return list_.folder().empty() || typed_[0] != '\0' ? 0 : 2; }
+    /// Rows above those of what the folder holds.
+    enum class Above { up, folder, files };
+    std::vector<Above> rowsAbove() const;
 
     FileLine line_;
     FolderList list_;
     std::string wanted_;       // the folder that is asked for
     std::uint64_t asked_ = 0;  // counts what was asked for: older answers are none
-    bool listing_ = false, focus_ = false, emptyBefore_ = true, first_ = true;
+    bool listing_ = false, entered_ = false, focus_ = false, emptyBefore_ = true, first_ = true;
     std::string listError_;
     std::array<char, 128> typed_{};
     std::string sought_;
     FolderList::Column column_ = FolderList::Column::name;
     bool descending_ = false;
     std::vector<int> found_;
-    int row_ = 0;
+    std::vector<Above> above_;
+    std::optional<int> row_;  // that is marked; none: the list is still to come
 
-    std::string input_;  // that is marked, "ROOT/PATH"; empty: none
+    std::string input_;                // that is looked at, "ROOT/PATH"; empty: none
+    std::vector<std::string> inputs_;  // all of the run whose first it is
     std::optional<std::uint64_t> looking_;
     std::uint64_t looks_ = 0;
     std::optional<proto::Look> look_;

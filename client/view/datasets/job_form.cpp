@@ -233,10 +233,10 @@ bool isThere(const proto::JobRequest& request, const JobForm::Field& field) {
     return true;
 }
 
-proto::JobRequest particlesOf(const std::string& input, const proto::Look::Found& found) {
+proto::JobRequest particlesOf(const std::vector<std::string>& inputs, const proto::Look::Found& found) {
     proto::JobRequest request;
     auto& job = *request.mutable_particles();
-    job.add_inputs(input);
+    job.mutable_inputs()->Add(inputs.begin(), inputs.end());
     job.set_species(found.name());
     const auto axes = found.facts().fields().find("axes");
     if (axes != found.facts().fields().end()) {
@@ -255,21 +255,26 @@ proto::JobRequest surfaceOf(const std::string& input, const proto::Look::Found& 
     return request;
 }
 
-proto::JobRequest volumeOf(const std::string& input, const proto::Look::Found& found) {
+proto::JobRequest volumeOf(const std::vector<std::string>& inputs, const proto::Look::Found& found) {
     proto::JobRequest request;
     auto& job = *request.mutable_volume();
-    job.add_inputs(input);
+    job.mutable_inputs()->Add(inputs.begin(), inputs.end());
     job.mutable_source()->set_field(found.name());
     return request;
 }
 
 }  // namespace
 
-std::vector<Becoming> becomings(const std::string& input, const proto::Look::Found& found) {
-    if (found.kind() == "particles") return {{"a plot of particles", particlesOf(input, found)}};
+std::vector<Becoming> becomings(const std::vector<std::string>& inputs, const proto::Look::Found& found) {
+    if (inputs.empty()) return {};
+    const auto& input = inputs.front();
+    if (found.kind() == "particles") return {{"a plot of particles", particlesOf(inputs, found)}};
+    if (found.kind() == "volume" && inputs.size() > 1)
+        return {{"a volume, a step each", volumeOf(inputs, found)}};
     if (found.kind() == "volume")
-        return {{"a volume", volumeOf(input, found)}, {"the surface of a value", surfaceOf(input, found)}};
+        return {{"a volume", volumeOf(inputs, found)}, {"the surface of a value", surfaceOf(input, found)}};
     proto::JobRequest one, other;
+    if (inputs.size() > 1) return {};
     if (found.kind() == "mesh") {
         one.mutable_mesh()->set_input(input);
         other.mutable_stipple()->set_mesh(input);
@@ -281,8 +286,9 @@ std::vector<Becoming> becomings(const std::string& input, const proto::Look::Fou
     return {{"an image", one}};
 }
 
-std::string outputFor(const std::string& input, const std::string& found,
+std::string outputFor(const std::vector<std::string>& inputs, const std::string& found,
                       const std::function<bool(const std::string& path)>& taken) {
+    const auto& input = inputs.front();
     const auto slash = input.rfind('/');
     auto stem = input;
     if (slash == std::string::npos) stem = input + "/" + input;  // a root itself
@@ -291,6 +297,9 @@ std::string outputFor(const std::string& input, const std::string& found,
     }
     const auto dot = stem.rfind('.');
     if (dot != std::string::npos && dot > stem.rfind('/') + 1) stem.resize(dot);
+    // Of a run's files the number goes.
+    const auto kept = stem.find_last_not_of("0123456789_-.");
+    if (inputs.size() > 1 && kept != std::string::npos && stem[kept] != '/') stem.resize(kept + 1);
     if (!found.empty()) {
         stem += "-";
         for (const char letter : found)

@@ -22,13 +22,14 @@ struct Becoming {
     proto::JobRequest request;
 };
 
-/// By what was found of it; none of what the server prepares nothing from.
-std::vector<Becoming> becomings(const std::string& input, const proto::Look::Found& found);
+/// By what was found of the first of some files, which several are one run or series; none of what the server
+/// prepares nothing from.
+std::vector<Becoming> becomings(const std::vector<std::string>& inputs, const proto::Look::Found& found);
 
 /// Where a dataset of this input lies by default: beside it, under its name without endings, as
 /// "ROOT/PATH.mote". Of several things in a file with the name of the one. `taken`: whether something is
 /// there already.
-std::string outputFor(const std::string& input, const std::string& found,
+std::string outputFor(const std::vector<std::string>& inputs, const std::string& found,
                       const std::function<bool(const std::string& path)>& taken);
 
 class JobForm {

@@ -132,6 +132,12 @@ class FileBrowserTest : public testing::Test {
         auto after = frames(2);
         return choice ? choice : after;
     }
+    /// Nothing comes for a while.
+    void rest() {
+        ImGui::GetIO().DeltaTime = 1.0F;
+        frames(2);
+        ImGui::GetIO().DeltaTime = 1.0F / 60.0F;
+    }
     void type(const char* letters) {
         ImGui::GetIO().AddInputCharactersUTF8(letters);
         frames(2);
@@ -210,7 +216,6 @@ TEST_F(FileBrowserTest, AnotherFileAndTheEndOfThePageEndALook) {
     folders_[0](rootsOf({"data"}));
     folders_[1](pageOf("data", 0, 3, 3));
     frames();
-    for (int i = 0; i < 2; ++i) key(ImGuiKey_DownArrow);
     key(ImGuiKey_Enter);
     key(ImGuiKey_DownArrow);
     key(ImGuiKey_Enter);
@@ -235,7 +240,7 @@ TEST_F(FileBrowserTest, ADatasetIsOpenedAndBackspaceGoesUp) {
     page.mutable_entries(1)->set_kind(proto::Folder::DATASET);
     folders_[1](page);
     frames();
-    for (int i = 0; i < 3; ++i) key(ImGuiKey_DownArrow);
+    key(ImGuiKey_DownArrow);
     const auto choice = key(ImGuiKey_Enter);
     ASSERT_TRUE(choice.has_value());
     EXPECT_EQ(choice->dataset, "data/beam");
@@ -247,6 +252,50 @@ TEST_F(FileBrowserTest, ADatasetIsOpenedAndBackspaceGoesUp) {
     frames();
     key(ImGuiKey_Backspace);
     EXPECT_EQ(listed_.back(), "data:0");
+}
+
+TEST_F(FileBrowserTest, FilesThatAreFoundAreOneRunOnRequest) {
+    frames();
+    folders_[0](rootsOf({"data"}));
+    folders_[1](pageOf("data", 0, 30, 30));
+    frames();
+    type("run_1");
+    key(ImGuiKey_UpArrow);
+    key(ImGuiKey_Enter);
+    EXPECT_THAT(looked_, ElementsAre("data/run_1.h5"));
+    looks_[0](lookOf("data/run_1.h5"));
+    frames();
+    const auto choice = key(ImGuiKey_Enter, true);
+    ASSERT_TRUE(choice && choice->job);
+    EXPECT_EQ(choice->job->output(), "data/run.mote");
+    const auto& inputs = choice->job->particles().inputs();
+    ASSERT_EQ(inputs.size(), 11);
+    EXPECT_EQ(inputs[1], "data/run_10.h5");
+    key(ImGuiKey_UpArrow);
+    key(ImGuiKey_DownArrow);
+    key(ImGuiKey_Enter);
+    EXPECT_THAT(looked_, ElementsAre("data/run_1.h5", "data/run_1.h5"))
+        << "the file by itself is another thing";
+}
+
+TEST_F(FileBrowserTest, WhatIsNotThereIsNotLookedAt) {
+    frames();
+    folders_[0](rootsOf({"data"}));
+    folders_[1](pageOf("data", 0, 3, 3));
+    frames();
+    type("nothing of this name");
+    for (const auto each : {ImGuiKey_DownArrow, ImGuiKey_UpArrow, ImGuiKey_Enter}) key(each);
+    rest();
+    EXPECT_THAT(looked_, testing::IsEmpty());
+    for (int i = 0; i < 20; ++i) key(ImGuiKey_Backspace);
+    key(ImGuiKey_DownArrow);
+    rest();
+    EXPECT_THAT(looked_, ElementsAre("data/run_1.h5")) << "the arrows rest on it";
+    for (int i = 0; i < 2; ++i) key(ImGuiKey_UpArrow);
+    rest();
+    EXPECT_EQ(looked_.size(), 1U) << "a folder is looked at on request alone";
+    key(ImGuiKey_Enter);
+    EXPECT_EQ(looked_.back(), "data");
 }
 
 TEST_F(FileBrowserTest, AnOlderServerIsASentence) {

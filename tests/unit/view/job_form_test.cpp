@@ -37,7 +37,7 @@ JobForm::Field* fieldOf(JobForm& form, std::string_view label) {
 }
 
 TEST(JobForm, WhatIsFoundSetsWhatIsAsked) {
-    const auto run = becomings("data/run.h5", foundOf("particles", "electrons"));
+    const auto run = becomings({"data/run.h5"}, foundOf("particles", "electrons"));
     ASSERT_EQ(run.size(), 1U);
     auto form = formOf(run[0].request);
     EXPECT_EQ(fieldOf(form, "axes")->text, "x,px,y");
@@ -57,7 +57,7 @@ TEST(JobForm, WhatIsFoundSetsWhatIsAsked) {
 TEST(JobForm, EachKindBecomesJobsThatAServerTakes) {
     std::set<std::string> labels;
     for (const char* kind : {"particles", "volume", "mesh", "image"}) {
-        for (const auto& each : becomings("data/a", foundOf(kind))) {
+        for (const auto& each : becomings({"data/a"}, foundOf(kind))) {
             labels.insert(each.label);
             auto form = formOf(each.request);
             const auto request = form.request();
@@ -69,12 +69,23 @@ TEST(JobForm, EachKindBecomesJobsThatAServerTakes) {
         }
     }
     EXPECT_EQ(labels.size(), 6U);
-    EXPECT_TRUE(becomings("data/a", foundOf("spectrum")).empty());
-    EXPECT_EQ(becomings("data/a", foundOf("volume"))[1].request.mesh().isovalue(), 15.0);
+    EXPECT_TRUE(becomings({"data/a"}, foundOf("spectrum")).empty());
+    EXPECT_EQ(becomings({"data/a"}, foundOf("volume"))[1].request.mesh().isovalue(), 15.0);
+}
+
+TEST(JobForm, SeveralFilesAreOneRun) {
+    const std::vector<std::string> files{"data/1.h5", "data/2.h5"};
+    EXPECT_THAT(becomings(files, foundOf("particles")).at(0).request.particles().inputs(),
+                ElementsAre("data/1.h5", "data/2.h5"));
+    const auto volumes = becomings(files, foundOf("volume"));
+    ASSERT_EQ(volumes.size(), 1U);
+    EXPECT_EQ(volumes[0].request.volume().inputs_size(), 2);
+    EXPECT_TRUE(becomings(files, foundOf("mesh")).empty());
+    EXPECT_TRUE(becomings({}, foundOf("image")).empty());
 }
 
 TEST(JobForm, WhatIsTypedIsTakenByItsType) {
-    auto form = formOf(becomings("data/ct.nrrd", foundOf("volume", "density"))[0].request);
+    auto form = formOf(becomings({"data/ct.nrrd"}, foundOf("volume", "density"))[0].request);
     fieldOf(form, "low")->text = " 64 ";
     fieldOf(form, "threshold")->text = "0.05";
     fieldOf(form, "spacing")->text = "1, 1 2.5";
@@ -99,7 +110,7 @@ TEST(JobForm, WhatIsTypedIsTakenByItsType) {
 
 TEST(JobForm, WhatCannotBeIsToldWithItsName) {
     const auto wrong = [](const char* kind, const char* label, const char* text) {
-        auto form = formOf(becomings("data/a", foundOf(kind))[0].request);
+        auto form = formOf(becomings({"data/a"}, foundOf(kind))[0].request);
         fieldOf(form, label)->text = text;
         const auto request = form.request();
         EXPECT_FALSE(request.ok()) << label;
@@ -111,7 +122,7 @@ TEST(JobForm, WhatCannotBeIsToldWithItsName) {
     EXPECT_THAT(wrong("volume", "spacing", "1,x"), HasSubstr("spacing: is a number"));
     EXPECT_THAT(wrong("particles", "volume level", "9"), HasSubstr("from 1 to 8"));
     EXPECT_THAT(wrong("particles", "axes", "x,px"), HasSubstr("axes: are three names"));
-    auto form = formOf(becomings("data/a", foundOf("image"))[0].request);
+    auto form = formOf(becomings({"data/a"}, foundOf("image"))[0].request);
     for (const char* name : {"", "made", "data/", "  "}) {
         form.output = name;
         EXPECT_EQ(form.request().error().where, "dataset") << name;
@@ -122,14 +133,16 @@ TEST(JobForm, WhatCannotBeIsToldWithItsName) {
 
 TEST(JobForm, ADatasetLiesBesideItsFileUnderAFreeName) {
     const auto none = [](const std::string&) { return false; };
-    EXPECT_EQ(outputFor("data/runs/beam_1.5mm.h5", "", none), "data/runs/beam_1.5mm");
-    EXPECT_EQ(outputFor("data/ct.nii.gz", "", none), "data/ct");
-    EXPECT_EQ(outputFor("data/.profile", "", none), "data/.profile");
-    EXPECT_EQ(outputFor("data/v1.2/run", "", none), "data/v1.2/run");
-    EXPECT_EQ(outputFor("data", "", none), "data/data");
-    EXPECT_EQ(outputFor("data/run.h5", "e-/fast ones", none), "data/run-e-_fast_ones");
+    EXPECT_EQ(outputFor({"data/runs/beam_1.5mm.h5"}, "", none), "data/runs/beam_1.5mm");
+    EXPECT_EQ(outputFor({"data/ct.nii.gz"}, "", none), "data/ct");
+    EXPECT_EQ(outputFor({"data/.profile"}, "", none), "data/.profile");
+    EXPECT_EQ(outputFor({"data/v1.2/run"}, "", none), "data/v1.2/run");
+    EXPECT_EQ(outputFor({"data"}, "", none), "data/data");
+    EXPECT_EQ(outputFor({"data/run.h5"}, "e-/fast ones", none), "data/run-e-_fast_ones");
+    EXPECT_EQ(outputFor({"data/runs/scan_007.h5", "data/runs/scan_008.h5"}, "", none), "data/runs/scan");
+    EXPECT_EQ(outputFor({"data/007.h5", "data/008.h5"}, "", none), "data/007");
     const std::set<std::string> there{"data/run.mote", "data/run-2.mote"};
-    EXPECT_EQ(outputFor("data/run.h5", "", [&](const std::string& path) { return there.contains(path); }),
+    EXPECT_EQ(outputFor({"data/run.h5"}, "", [&](const std::string& path) { return there.contains(path); }),
               "data/run-3");
 }
 
