@@ -47,15 +47,13 @@ class DeskFiles(DeskCase):
             viewer.key("BackSpace")
         viewer.type("runs")
         viewer.key("Return")
-        viewer.see("2026", within=FILES)
-        viewer.type("2026")
-        viewer.key("Return")
-        viewer.see("shot.h5", within=FILES)
-        viewer.key("BackSpace")  # up, and down again
-        viewer.see("2026/", within=FILES)
-        viewer.type("20")
-        viewer.key("Return")
-        viewer.see("shot.h5", within=FILES)
+        for end in ("BackSpace", None):  # up, and down again
+            viewer.see("2026/", within=FILES)
+            viewer.type("20")
+            viewer.key("Return")
+            viewer.see("shot.h5", within=FILES)
+            if end:
+                viewer.key(end)
         viewer.type("sh")
         viewer.key("Return")
         viewer.see("proton", within=CONTENT)

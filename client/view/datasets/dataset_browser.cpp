@@ -5,11 +5,8 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
-#include "client/view/commands.h"
-#include "client/view/datasets/list_rows.h"
 #include "client/view/panel_widgets.h"
 
 namespace mote::client {
@@ -45,29 +42,16 @@ int compareBy(DatasetIndex::Column column, const proto::Catalogue::Entry& one,
 
 void DatasetIndex::setCatalogue(const proto::Catalogue& catalogue) {
     entries_.assign(catalogue.datasets().begin(), catalogue.datasets().end());
-    texts_.clear();
-    for (const auto& entry : entries_)
-        texts_.push_back(loweredLetters(entry.name() + ' ' + entry.kind() + ' ' + entry.title()));
-    known_ = false;
+    rows_.clear();
+    for (const auto& entry : entries_) rows_.add(entry.name() + ' ' + entry.kind() + ' ' + entry.title());
 }
 
 const std::vector<int>& DatasetIndex::find(std::string_view typed, Column column, bool descending) {
-    if (std::exchange(known_, true) && typed == typed_ && column == column_ && descending == descending_)
-        return found_;
-    typed_ = typed;
-    column_ = column;
-    descending_ = descending;
-    const auto words = loweredWords(typed);
-    found_.clear();
-    for (std::size_t i = 0; i < texts_.size(); ++i) {
-        if (holdsAll(texts_[i], words)) found_.push_back(static_cast<int>(i));
-    }
-    std::ranges::stable_sort(found_, [&](int one, int other) {
-        const int order = compareBy(column, entries_[static_cast<std::size_t>(one)],
-                                    entries_[static_cast<std::size_t>(other)]);
-        return descending ? order > 0 : order < 0;
-    });
-    return found_;
+    const auto compare = [this](int by, int one, int other) {
+        return compareBy(static_cast<Column>(by), entries_[static_cast<std::size_t>(one)],
+                         entries_[static_cast<std::size_t>(other)]);
+    };
+    return rows_.find(typed, static_cast<int>(column), descending, compare);
 }
 
 void DatasetBrowser::open(Use use) {

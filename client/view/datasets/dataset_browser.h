@@ -16,6 +16,7 @@
 
 #include "client/view/datasets/dataset_thumbnails.h"
 #include "client/view/datasets/file_browser.h"
+#include "client/view/datasets/list_rows.h"
 #include "client/view/over_picture.h"
 #include "protocol/mote.pb.h"
 
@@ -31,12 +32,8 @@ class DatasetIndex {
     const std::vector<int>& find(std::string_view typed, Column column, bool descending);
 
   private:
-    std::vector<std::string> texts_;  // lower case, of each dataset
     std::vector<proto::Catalogue::Entry> entries_;
-    std::string typed_;
-    Column column_ = Column::name;
-    bool descending_ = false, known_ = false;
-    std::vector<int> found_;
+    RowSearch rows_;
 };
 
 class DatasetBrowser {

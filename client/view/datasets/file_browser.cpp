@@ -5,11 +5,8 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
-#include "client/view/commands.h"
-#include "client/view/datasets/list_rows.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/replot.h"
 
@@ -24,12 +21,12 @@ bool pressed(ImGuiKey key) {
     return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key));
 }
 
-/// A line that is typed in, of any length up to `most` bytes; true as it is edited.
-bool typeLine(const char* label, std::string& line, const std::string& hint, std::size_t most = 4096) {
-    std::string typed(most, '\0');
-    std::copy_n(line.begin(), std::min(line.size(), most - 1), typed.begin());
-    if (!ImGui::InputTextWithHint(label, hint.c_str(), typed.data(), most)) return false;
-    line = typed.c_str();
+/// A line that is typed in; true as it is edited.
+bool typeLine(const char* label, std::string& line, const std::string& hint) {
+    std::array<char, 4096> typed{};  // as long as a path may be
+    std::copy_n(line.begin(), std::min(line.size(), typed.size() - 1), typed.begin());
+    if (!ImGui::InputTextWithHint(label, hint.c_str(), typed.data(), typed.size())) return false;
+    line = typed.data();
     return true;
 }
 
@@ -106,40 +103,27 @@ void FolderList::take(const proto::Folder& page) {
     if (page.first() == 0) {
         folder_ = page.folder();
         entries_.clear();
-        texts_.clear();
+        rows_.clear();
     }
     if (page.folder() != folder_ || page.first() != entries_.size()) return;
     for (const auto& entry : page.entries()) {
-        texts_.push_back(loweredLetters(entry.name()));
+        rows_.add(entry.name());
         entries_.push_back(entry);
     }
     total_ = page.entries().empty() ? entries_.size() : page.total();
     notes_.assign(page.notes().begin(), page.notes().end());
-    known_ = false;
 }
 
 const std::vector<int>& FolderList::find(std::string_view typed, Column column, bool descending) {
-    if (std::exchange(known_, true) && typed == typed_ && column == column_ && descending == descending_)
-        return found_;
-    typed_ = typed;
-    column_ = column;
-    descending_ = descending;
-    const auto words = loweredWords(typed);
-    found_.clear();
-    for (std::size_t i = 0; i < texts_.size(); ++i) {
-        if (holdsAll(texts_[i], words)) found_.push_back(static_cast<int>(i));
-    }
-    // The server's order is that of names.
-    const auto key = [&](int place) {
-        const auto& entry = entries_[static_cast<std::size_t>(place)];
-        return column == Column::size      ? static_cast<std::int64_t>(entry.bytes())
-               : column == Column::changed ? entry.changed_ms()
-                                           : std::int64_t{place};
+    const auto compare = [this](int by, int one, int other) {
+        const auto& left = entries_[static_cast<std::size_t>(one)];
+        const auto& right = entries_[static_cast<std::size_t>(other)];
+        const auto order = [](auto a, auto b) { return a < b ? -1 : a > b ? 1 : 0; };
+        if (by == static_cast<int>(Column::size)) return order(left.bytes(), right.bytes());
+        if (by == static_cast<int>(Column::changed)) return order(left.changed_ms(), right.changed_ms());
+        return order(one, other);  // as the server has sorted them
     };
-    std::ranges::stable_sort(found_, [&](int one, int other) {
-        return descending ? key(one) > key(other) : key(one) < key(other);
-    });
-    return found_;
+    return rows_.find(typed, static_cast<int>(column), descending, compare);
 }
 
 void FileBrowser::begin() {

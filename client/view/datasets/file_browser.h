@@ -15,6 +15,7 @@
 
 #include "client/shared/connection.h"
 #include "client/view/datasets/job_form.h"
+#include "client/view/datasets/list_rows.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
@@ -51,12 +52,9 @@ class FolderList {
   private:
     std::string folder_;
     std::vector<proto::Folder::Entry> entries_;
-    std::vector<std::string> texts_, notes_;  // texts: lower case, of each entry
+    std::vector<std::string> notes_;
     std::uint64_t total_ = 0;
-    std::string typed_;
-    Column column_ = Column::name;
-    bool descending_ = false, known_ = false;
-    std::vector<int> found_;
+    RowSearch rows_;
 };
 
 class FileBrowser {

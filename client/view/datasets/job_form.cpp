@@ -293,13 +293,13 @@ std::string outputFor(const std::vector<std::string>& inputs, const std::string&
     auto stem = input;
     if (slash == std::string::npos) stem = input + "/" + input;  // a root itself
     for (const std::string_view packed : {".gz", ".zst"}) {
-        if (stem.ends_with(packed)) stem.resize(stem.size() - packed.size());
+        if (stem.ends_with(packed)) stem.erase(stem.size() - packed.size());
     }
     const auto dot = stem.rfind('.');
-    if (dot != std::string::npos && dot > stem.rfind('/') + 1) stem.resize(dot);
+    if (dot != std::string::npos && dot > stem.rfind('/') + 1) stem.erase(dot);
     // Of a run's files the number goes.
     const auto kept = stem.find_last_not_of("0123456789_-.");
-    if (inputs.size() > 1 && kept != std::string::npos && stem[kept] != '/') stem.resize(kept + 1);
+    if (inputs.size() > 1 && kept != std::string::npos && stem[kept] != '/') stem.erase(kept + 1);
     if (!found.empty()) {
         stem += "-";
         for (const char letter : found)

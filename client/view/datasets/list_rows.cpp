@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <ctime>
+#include <utility>
+
+#include "client/view/commands.h"
 
 namespace mote::client {
 
@@ -14,6 +17,35 @@ std::string dateOf(std::int64_t unixMs) {
     std::tm local{};
     if (unixMs <= 0 || ::localtime_r(&seconds, &local) == nullptr) return {};
     return fmt::format("{:%Y-%m-%d %H:%M}", local);
+}
+
+void RowSearch::clear() {
+    texts_.clear();
+    known_ = false;
+}
+
+void RowSearch::add(std::string_view text) {
+    texts_.push_back(loweredLetters(text));
+    known_ = false;
+}
+
+const std::vector<int>& RowSearch::find(std::string_view typed, int column, bool descending,
+                                        const Compare& compare) {
+    if (std::exchange(known_, true) && typed == typed_ && column == column_ && descending == descending_)
+        return found_;
+    typed_ = typed;
+    column_ = column;
+    descending_ = descending;
+    const auto words = loweredWords(typed);
+    found_.clear();
+    for (std::size_t i = 0; i < texts_.size(); ++i) {
+        if (holdsAll(texts_[i], words)) found_.push_back(static_cast<int>(i));
+    }
+    std::ranges::stable_sort(found_, [&](int one, int other) {
+        const int order = compare(column, one, other);
+        return descending ? order > 0 : order < 0;
+    });
+    return found_;
 }
 
 void moveRow(int& row, int count, float height) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/random.h"
+#include "tests/unit/view/unseen_frames.h"
 
 namespace mote::client {
 namespace {
@@ -19,21 +20,10 @@ constexpr int width = 160, height = 120;
 class Interface {
   public:
     explicit Interface(std::uint64_t seed) : random_(91, seed) {
-        ImGui::CreateContext();
-        auto& io = ImGui::GetIO();
-        io.IniFilename = nullptr;
-        io.DisplaySize = {width, height};
-        io.DeltaTime = 1.0F / 60.0F;
-        unsigned char* pixels = nullptr;
-        int columns = 0, rows = 0;
-        io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
         for (auto& window : windows_) {
             for (auto& box : window.boxes) change(box);
         }
     }
-    ~Interface() { ImGui::DestroyContext(); }
-    Interface(const Interface&) = delete;
-    Interface& operator=(const Interface&) = delete;
 
     ImDrawData& draw() {
         ImGui::NewFrame();
@@ -58,6 +48,7 @@ class Interface {
     }
 
   private:
+    const test::UnseenFrames frames_{width, height};
     struct Box {
         float left, top, right, bottom;
         ImU32 color;

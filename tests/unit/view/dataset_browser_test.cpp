@@ -9,6 +9,7 @@
 #include <set>
 
 #include "tests/support/random.h"
+#include "tests/unit/view/unseen_frames.h"
 
 namespace mote::client {
 namespace {
@@ -66,28 +67,18 @@ TEST(DatasetIndex, FindsWhatHoldsAllWordsInTheOrderOfAColumn) {
 
 /// Vertices of a frame, once all has its place.
 int verticesOf(int datasets) {
-    ImGui::CreateContext();
-    auto& io = ImGui::GetIO();
-    io.IniFilename = nullptr;
-    io.DisplaySize = {1280.0F, 720.0F};
-    io.DeltaTime = 1.0F / 60.0F;
-    unsigned char* pixels = nullptr;
-    int columns = 0, rows = 0;
-    io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
+    const test::UnseenFrames frames(1280.0F, 720.0F);
     int vertices = 0;
-    {
-        DatasetBrowser browser("/nowhere/connection.json", {});
-        browser.setCatalogue(catalogueOf(datasets));
-        browser.open(DatasetBrowser::Use::open);
-        for (int frame = 0; frame < 4; ++frame) {
-            ImGui::NewFrame();
-            EXPECT_FALSE(browser.draw({940.0F, 720.0F, 1.0F}).has_value());
-            EXPECT_TRUE(browser.isOpen());
-            ImGui::Render();
-            vertices = ImGui::GetDrawData()->TotalVtxCount;
-        }
+    DatasetBrowser browser("/nowhere/connection.json", {});
+    browser.setCatalogue(catalogueOf(datasets));
+    browser.open(DatasetBrowser::Use::open);
+    for (int frame = 0; frame < 4; ++frame) {
+        ImGui::NewFrame();
+        EXPECT_FALSE(browser.draw({940.0F, 720.0F, 1.0F}).has_value());
+        EXPECT_TRUE(browser.isOpen());
+        ImGui::Render();
+        vertices = ImGui::GetDrawData()->TotalVtxCount;
     }
-    ImGui::DestroyContext();
     return vertices;
 }
 

@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-#include "tests/support/random.h"
+#include "tests/unit/view/unseen_frames.h"
 
 namespace mote::client {
 namespace {
@@ -73,14 +73,6 @@ TEST(FolderList, FindsWhatHoldsAllWordsInTheOrderOfAColumn) {
 class FileBrowserTest : public testing::Test {
   protected:
     FileBrowserTest() {
-        ImGui::CreateContext();
-        auto& io = ImGui::GetIO();
-        io.IniFilename = nullptr;
-        io.DisplaySize = {1280.0F, 720.0F};
-        io.DeltaTime = 1.0F / 60.0F;
-        unsigned char* pixels = nullptr;
-        int columns = 0, rows = 0;
-        io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
         FileLine line;
         line.list = [this](const std::string& folder, std::uint64_t first,
                            FileLine::Reply<proto::Folder> reply) {
@@ -97,7 +89,6 @@ class FileBrowserTest : public testing::Test {
         browser_.emplace(std::move(line));
         browser_->begin();
     }
-    ~FileBrowserTest() override { ImGui::DestroyContext(); }
 
     std::optional<FileBrowser::Choice> frame() {
         ImGui::NewFrame();
@@ -144,6 +135,7 @@ class FileBrowserTest : public testing::Test {
     }
     static int vertices() { return ImGui::GetDrawData()->TotalVtxCount; }
 
+    const test::UnseenFrames frames_{1280.0F, 720.0F};
     std::string whyNot_;
     std::vector<std::string> listed_, looked_;
     std::vector<FileLine::Reply<proto::Folder>> folders_;

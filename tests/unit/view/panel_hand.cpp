@@ -82,21 +82,9 @@ proto::Manifest manifestFor(const proto::Layer& layer) {
     return manifest;
 }
 
-PanelHand::PanelHand() : numbers_(noServer()) {
-    ImGui::CreateContext();
-    auto& io = ImGui::GetIO();
-    io.IniFilename = nullptr;
-    io.DisplaySize = {width, height};
-    io.DeltaTime = 1.0F / 60.0F;
-    unsigned char* pixels = nullptr;
-    int columns = 0, rows = 0;
-    io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
+PanelHand::PanelHand() : frames_(width, height), numbers_(noServer()) {
     server_.connected = true;
     handles_.cuts = handles_.places = true;
-}
-
-PanelHand::~PanelHand() {
-    ImGui::DestroyContext();
 }
 
 void PanelHand::describe(const proto::Manifest& manifest) {

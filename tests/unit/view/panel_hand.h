@@ -12,15 +12,13 @@
 #include "client/view/panel.h"
 #include "client/view/view_model.h"
 #include "tests/support/random.h"
+#include "tests/unit/view/unseen_frames.h"
 
 namespace mote::client {
 
 class PanelHand {
   public:
     PanelHand();
-    ~PanelHand();
-    PanelHand(const PanelHand&) = delete;
-    PanelHand& operator=(const PanelHand&) = delete;
 
     /// The dataset of the model's first layer.
     void describe(const proto::Manifest& manifest);
@@ -32,6 +30,7 @@ class PanelHand {
     void drag(ViewModel& model, test::Random& random);
 
   private:
+    const test::UnseenFrames frames_;
     NumbersEditor numbers_;
     Handles handles_;
     ServerState server_;
