@@ -24,8 +24,8 @@ constexpr double leastCosine = 0.8;  // cosine of what it turns by
 constexpr std::uint32_t nowhere = UINT32_MAX;
 constexpr double alikeDepth = 0.01;     // of the extent: what is one place in two pictures differs by less
 constexpr double alikeLine = 0.004;     // likewise of lines, which lie in crowds
-constexpr double carriedEvery = 8.0;    // pixels between places of a hatch that go with the surface
-constexpr float kept = 0.8F;            // of the density before
+constexpr double carriedEvery = 4.0;    // pixels between places of a hatch that go with the surface
+constexpr float kept = 0.85F;           // of the density before
 constexpr std::array around{0, -1, 1};  // pixels beside that in which a place was
 
 /// Calls take(pixel) for those of a picture at a place and around it, until it says true.

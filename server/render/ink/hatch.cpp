@@ -15,16 +15,22 @@
 namespace mote::render {
 namespace {
 
-// Of the spacing: from a stroke to where another one begins, at least; to where it ends; to where it is
-// sought.
-constexpr double beginsAt = 0.8, endsAt = 0.6;
+// Of the spacing: from a stroke to where another one is sought.
 constexpr std::array seeksAt{1.0, 0.8};
-// Of the density from which on strokes are drawn: they begin from a little more on, and end below a little
-// less.
-constexpr double beginsFrom = 1.06, endsFrom = 0.92;
-// Of strokes of before, which stay where others would not: the same, and of the length that others have at
-// least; cosine of what they may be off their direction.
-constexpr double staysAt = 0.5, staysFrom = 0.88, staysLong = 0.6, mostOff = 0.8;
+// Of the density from which on strokes are drawn: they end below a little less.
+constexpr double endsFrom = 0.92;
+// Of the spacing: from a stroke to where a new one begins, at least; to where it ends. Of the density from
+// which on strokes are drawn: where they begin, from a little more on.
+struct NewStrokes {
+    double beginsAt, endsAt, beginsFrom;
+};
+constexpr NewStrokes ofPictures{0.8, 0.6, 1.06};
+// Where strokes stay, which others would not so near each other: so much farther off that there is no more
+// ink.
+constexpr NewStrokes besideThoseThatStay{0.95, 0.7, 1.12};
+// Of strokes of before, which stay where others would not: to other strokes, the density, and of the length
+// that others have at least; cosine of what they may be off their direction.
+constexpr double staysAt = 0.5, staysFrom = 0.88, staysLong = 0.4, mostOff = 0.7;
 constexpr double leastStraight = 0.7;  // cosine of what a stroke turns by at a place
 constexpr double sameWay = 0.5;        // likewise, of cells beside each other whose directions are one
 constexpr std::size_t mostSteps = 16384;
@@ -149,6 +155,7 @@ class StrokeMaker {
             giveWay();
             if (stroke.pass == number_) keep(stroke);
         }
+        new_ = newStrokes();
         for (const auto& run : runs_) grow(run);
         runs_.clear();
         std::size_t next = 0;
@@ -262,9 +269,9 @@ class StrokeMaker {
 
     /// Begins a stroke through a place; whether it is one.
     bool begin(const glm::dvec2& at) {
-        if (!isInside(at) || !isWanted(at, beginsFrom)) return false;
+        if (!isInside(at) || !isWanted(at, new_.beginsFrom)) return false;
         const auto stroke = static_cast<std::uint32_t>(strokes_.size());
-        if (!places_.isFree(at, beginsAt * pass_.spacing, stroke, 0.0)) return false;
+        if (!places_.isFree(at, new_.beginsAt * pass_.spacing, stroke, 0.0)) return false;
         const glm::dvec2 way = directionAt(at, own(at));
         if (way == glm::dvec2(0.0)) return false;
         const auto kept = places_.size();
@@ -296,7 +303,7 @@ class StrokeMaker {
             const glm::dvec2 to = at + step_ * way;
             along += side * step_;
             if (!isInside(to) || !isWanted(to, endsFrom) || !goesOn(at, to) ||
-                !places_.isFree(to, endsAt * pass_.spacing, stroke, along))
+                !places_.isFree(to, new_.endsAt * pass_.spacing, stroke, along))
                 break;
             points.push_back(to);
             if (std::abs(along - marked) >= 0.35 * pass_.spacing) {
@@ -321,6 +328,20 @@ class StrokeMaker {
         }
     }
 
+    /// The more of a pass stays, the farther off are new strokes.
+    NewStrokes newStrokes() const {
+        if (runs_.empty()) return ofPictures;
+        double kept = 0.0, dark = 0.0;
+        for (const auto& run : runs_) kept += static_cast<double>(run.size()) * step_;
+        for (const float density : scene_.density.values)
+            dark += static_cast<double>(density) > pass_.from ? 1.0 : 0.0;
+        // Strokes of a pass lie between those of earlier ones.
+        const double apart = strokes_.empty() ? pass_.spacing : 2.0 * pass_.spacing;
+        const double share = std::min(1.0, kept * apart / std::max(dark, 1.0));
+        const auto& [beginsAt, endsAt, beginsFrom] = besideThoseThatStay;
+        return {std::lerp(ofPictures.beginsAt, beginsAt, share), std::lerp(ofPictures.endsAt, endsAt, share),
+                std::lerp(ofPictures.beginsFrom, beginsFrom, share)};
+    }
     /// All runs stay before the first of them goes on at both ends, which would take the places of others.
     void grow(const std::vector<glm::dvec2>& run) {
         const auto number = static_cast<std::uint32_t>(strokes_.size());
@@ -381,6 +402,7 @@ class StrokeMaker {
     const glm::dvec2 size_;
     double step_ = 1.0;  // pixels along a stroke
     HatchPass pass_{};
+    NewStrokes new_ = ofPictures;
     std::uint32_t number_ = 0;  // of the pass
     double from_ = 0.0;         // density from which on the stroke is drawn that is made
     StrokePlaces places_{1.0, glm::dvec2(1.0)};
