@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -7,6 +9,8 @@
 
 #include "storage/beam/beam_piece.h"
 #include "storage/beam/moment_sums.h"
+#include "storage/numbers/range_kernel.h"
+#include "storage/numbers/scan.h"
 
 namespace mote::storage {
 namespace {
@@ -15,6 +19,10 @@ using Percentiles = BeamPercentiles;
 
 constexpr std::uint64_t binsOfWindow = 4096;
 constexpr std::uint64_t mostNear = std::uint64_t{1} << 18;  // particles near a cut that are sorted
+// Over the root of a sample's particles: the share that it has below a cut deviates by 0.3 and less.
+constexpr double marginOfOne = 0.9;
+constexpr std::size_t leastSample = std::size_t{1} << 10, mostSample = std::size_t{1} << 20;
+constexpr std::size_t leastStride = 32;
 constexpr double sharesOfGreatest = 2147483648.0;
 constexpr std::uint64_t endOfActions = std::uint64_t{1} << 63;  // of the bits of what is not negative
 
@@ -44,6 +52,15 @@ bool before(const Percentiles::NearCut& a, const Percentiles::NearCut& b) {
 
 double emittance(const Percentiles::Inside& of) {
     return std::sqrt(std::max(of.qq * of.pp - of.qp * of.qp, 0.0)) / of.weight;
+}
+
+/// The share that each weight is, a whole number below 2^53.
+MOTE_ANY_VECTORS void findShares(double shareOfWeight, const double* weights, std::size_t size, double* to) {
+    constexpr double whole = 4503599627370496.0;  // 2^52: beside it there are no fractions
+    for (std::size_t i = 0; i < size; ++i) {
+        const double share = weights[i] * shareOfWeight + whole;
+        to[i] = share - whole;
+    }
 }
 
 /// Deviations from a plane's means, and actions: a q^2 + b (p - k q)^2.
@@ -95,25 +112,58 @@ MOTE_ANY_VECTORS void sumBelow(const CutsOfPlane& lowest, const Actions& of, con
     }
 }
 
-/// Whether any of each eight actions may lie from `lowest` to before `end`; one that is no number may.
-MOTE_ANY_VECTORS void findWithin(double lowest, double end, const Actions& of, std::size_t size,
-                                 std::array<bool, PlanePiece::most / lanes>& any) {
+/// By cut of a plane, the shares of those whose action is less than `lowest`; at most 2^22 of them, so that
+/// their sums are exact.
+MOTE_ANY_VECTORS void sumSharesBelow(const CutsOfPlane& lowest, const Actions& of, const double* shares,
+                                     std::size_t size, std::uint64_t* to) {
+    std::array<LaneVector, std::tuple_size_v<CutsOfPlane>> below{};
     for (std::size_t i = 0; i < size; i += lanes) {
-        int found = 0;
-        for (std::size_t k = 0; k < lanes; ++k)
-            found |=
-                static_cast<int>(!(of.action[i + k] < lowest)) & static_cast<int>(!(of.action[i + k] >= end));
-        any[i / lanes] = found != 0;
+        LaneVector share, action;
+        load(share, shares + i);
+        load(action, of.action.data() + i);
+        for (std::size_t cut = 0; cut < below.size(); ++cut) below[cut] += action < lowest[cut] ? share : 0.0;
     }
+    for (std::size_t cut = 0; cut < below.size(); ++cut)
+        to[cut] += static_cast<std::uint64_t>(sumOf(std::bit_cast<Lanes>(below[cut])));
 }
 
 }  // namespace
+
+BeamSample::BeamSample(std::uint64_t particles)
+    : stride_(static_cast<std::size_t>(std::max<std::uint64_t>(leastStride, particles / mostSample))) {}
+
+void BeamSample::add(const BeamRows& rows) {
+    for (std::size_t i = 0; i < rows.size; i += stride_) {
+        for (std::size_t c = 0; c < coordinate_.size(); ++c)
+            if (!rows.coordinate[c].empty()) coordinate_[c].push_back(rows.coordinate[c][i]);
+        if (!rows.weight.empty()) weight_.push_back(rows.weight[i]);
+        ++size_;
+    }
+}
+
+void BeamSample::merge(const BeamSample& other) {
+    const auto join = [](std::vector<double>& to, const std::vector<double>& from) {
+        to.insert(to.end(), from.begin(), from.end());
+    };
+    for (std::size_t c = 0; c < coordinate_.size(); ++c) join(coordinate_[c], other.coordinate_[c]);
+    join(weight_, other.weight_);
+    size_ += other.size_;
+}
+
+BeamRows BeamSample::rows() const {
+    BeamRows rows;
+    for (std::size_t c = 0; c < coordinate_.size(); ++c) rows.coordinate[c] = coordinate_[c];
+    rows.weight = weight_;
+    rows.size = size_;
+    return rows;
+}
 
 /// Deviations, actions and weights of a plane's particles, some at a time.
 struct BeamPercentiles::Piece : Actions {
     std::uint64_t block = 0;
     std::size_t size = 0;  ///< a multiple of `lanes`
     const double* weight = nullptr;
+    alignas(64) std::array<double, PlanePiece::most> share;
 };
 
 void BeamPercentiles::Gathered::merge(const Gathered& other) {
@@ -124,9 +174,10 @@ void BeamPercentiles::Gathered::merge(const Gathered& other) {
     }
     sums.insert(sums.end(), other.sums.begin(), other.sums.end());
     near.insert(near.end(), other.near.begin(), other.near.end());
+    crowded = crowded || other.crowded;
 }
 
-BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total) {
+BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total, const BeamSample* sample) {
     emittances_.fill(std::numeric_limits<double>::quiet_NaN());
     shareOfWeight_ = sharesOfGreatest / total.greatestWeight;
     if (!std::isfinite(shareOfWeight_) || !(total.a.weight > 0.0)) return;
@@ -143,18 +194,38 @@ BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total) {
         constexpr double noEmittance = 1e-14;
         frame.defined = (total.known & both) == both && lower.qq > 0.0 && rest > noEmittance * lower.pp &&
                         std::isfinite(frame.a) && std::isfinite(frame.b);
-        for (std::size_t i = 0; i < percents.size(); ++i) {
-            constexpr double leastOfBins = 1.0 / 256.0;
-            constexpr int shiftOfBins = 45;  // 128 bins an octave, 32 octaves
-            windows_[plane * percents.size() + i] = {bitsOf(leastOfBins),    shiftOfBins, 0, endOfActions, 0,
-                                                     plane * percents.size()};
-        }
         if (frame.defined) state_ = State::narrowing;
+    }
+    openWindows();
+    if (state_ != State::narrowing || sample == nullptr || sample->rows().size < leastSample) return;
+    margin_ = marginOfOne / std::sqrt(static_cast<double>(sample->rows().size));
+    // Else more would be near a cut than are sorted.
+    if (2.0 * margin_ * static_cast<double>(total.a.count) < static_cast<double>(mostNear))
+        askSample(sample->rows());
+}
+
+/// Finds windows in which all cuts lie, as far as a sample tells: in bins, and in bins of these.
+void BeamPercentiles::askSample(const BeamRows& rows) {
+    state_ = State::sampling;
+    for (int pass = 0; pass < 2; ++pass) {
+        Gathered gathered;
+        add(rows, gathered);
+        narrowBySample(gathered.bins);
+    }
+    bySample_ = true;
+    state_ = State::gathering;
+}
+
+void BeamPercentiles::openWindows() {
+    for (std::size_t cut = 0; cut < cuts; ++cut) {
+        constexpr double leastOfBins = 1.0 / 256.0;
+        constexpr int shiftOfBins = 45;  // 128 bins an octave, 32 octaves
+        windows_[cut] = {bitsOf(leastOfBins), shiftOfBins, 0, endOfActions, 0, cut - cut % percents.size()};
     }
 }
 
 void BeamPercentiles::add(const BeamRows& rows, Gathered& gathered) const {
-    if (state_ == State::narrowing) gathered.bins.resize(cuts * binsOfWindow);
+    if (counting()) gathered.bins.resize(cuts * binsOfWindow);
     BlockSums sums;
     const auto firstNear = static_cast<std::ptrdiff_t>(gathered.near.size());
     Piece piece;
@@ -164,12 +235,15 @@ void BeamPercentiles::add(const BeamRows& rows, Gathered& gathered) const {
     for (std::size_t begin = 0; begin < rows.size; begin += PlanePiece::most) {
         loadPiece(rows, begin, std::min(PlanePiece::most, rows.size - begin), from);
         piece.size = from.size;
+        findShares(shareOfWeight_, piece.weight, piece.size, piece.share.data());
+        for (std::size_t i = 0; bySample_ && i < piece.size; ++i)
+            sums.allShares += static_cast<std::uint64_t>(piece.share[i]);
         for (std::size_t plane = 0; plane < planes; ++plane) {
             const auto& frame = frames_[plane];
             if (!frame.defined) continue;
             findActions({frame.q, frame.p, frame.a, frame.b, frame.k}, from.value[2 * plane].data(),
                         from.value[2 * plane + 1].data(), piece.size, piece);
-            if (state_ == State::narrowing) {
+            if (counting()) {
                 count(piece, plane, gathered);
             } else {
                 gather(piece, plane, gathered, sums);
@@ -179,8 +253,13 @@ void BeamPercentiles::add(const BeamRows& rows, Gathered& gathered) const {
     if (state_ != State::gathering) return;
     if (gathered.sums.empty() || gathered.sums.back().block != rows.block)
         gathered.sums.emplace_back().block = rows.block;
-    for (std::size_t cut = 0; cut < cuts; ++cut)
-        mote::storage::add(gathered.sums.back().inside[cut], sums.inside[cut]);
+    auto& block = gathered.sums.back();
+    block.allShares += sums.allShares;
+    for (std::size_t cut = 0; cut < cuts; ++cut) {
+        mote::storage::add(block.inside[cut], sums.inside[cut]);
+        block.shares[cut] += sums.shares[cut];
+    }
+    if (gathered.crowded) return;
     // Particles of one action are one: however many there are, little is kept.
     const auto begin = gathered.near.begin() + firstNear;
     std::stable_sort(begin, gathered.near.end(), before);
@@ -207,7 +286,7 @@ void BeamPercentiles::count(const Piece& piece, std::size_t plane, Gathered& gat
             if (bits < window.lowest || bits >= window.end) continue;
             const auto bin = bits < window.first ? 0 : (bits - window.first) >> window.shift;
             auto& to = bins[std::min(bin, binsOfWindow - 1)];
-            to.share += static_cast<std::uint64_t>(piece.weight[i] * shareOfWeight_ + 0.5);
+            to.share += static_cast<std::uint64_t>(piece.share[i]);
             to.count += piece.weight[i] > 0.0 ? 1 : 0;
         }
     }
@@ -220,37 +299,101 @@ void BeamPercentiles::gather(const Piece& piece, std::size_t plane, Gathered& ga
     for (std::size_t i = 0; i < lowest.size(); ++i)
         lowest[i] = std::bit_cast<double>(windows_[firstCut + i].lowest);
     sumBelow(lowest, piece, piece.weight, piece.size, sums.inside.data() + firstCut);
-    std::array<bool, PlanePiece::most / lanes> any;
+    if (bySample_)
+        sumSharesBelow(lowest, piece, piece.share.data(), piece.size, sums.shares.data() + firstCut);
+    // A sample that was no help must not fill the memory. All that threads have is held to half of this, so
+    // that what comes of it does not depend on how many there are.
+    if (bySample_ && gathered.near.size() > 2 * cuts * mostNear) {
+        gathered.near = {};
+        gathered.crowded = true;
+    }
+    if (gathered.crowded) return;
+    std::array<std::uint64_t, PlanePiece::most / 64> within;
+    const auto actions = std::span<const double>(piece.action).first(piece.size);
     for (std::size_t cut = firstCut; cut < firstCut + percents.size(); ++cut) {
         const auto& window = windows_[cut];
         const double end = window.end < endOfActions ? std::bit_cast<double>(window.end)
                                                      : std::numeric_limits<double>::quiet_NaN();
-        findWithin(lowest[cut - firstCut], end, piece, piece.size, any);
-        for (std::size_t i = 0; i < piece.size; ++i) {
-            if (i % lanes == 0 && !any[i / lanes]) {
-                i += lanes - 1;
-                continue;
-            }
+        findWithin(actions, lowest[cut - firstCut], end, within);
+        forEachChosen(std::span(within).first(wordCount(piece.size)), [&](std::size_t i) {
             const auto bits = bitsOf(piece.action[i]);
             const double w = piece.weight[i];
-            if (bits < window.lowest || bits >= window.end || !(w > 0.0)) continue;
+            if (bits < window.lowest || bits >= window.end || !(w > 0.0)) return;
             const double q = piece.q[i], p = piece.p[i];
             gathered.near.push_back({piece.action[i],
                                      piece.block,
                                      cut,
-                                     static_cast<std::uint64_t>(w * shareOfWeight_ + 0.5),
+                                     static_cast<std::uint64_t>(piece.share[i]),
                                      {w, w * q * q, w * q * p, w * p * p}});
-        }
+        });
     }
 }
 
 void BeamPercentiles::finishPass(Gathered gathered) {
+    gathered.bins.resize(counting() ? cuts * binsOfWindow : 0);
     if (state_ == State::narrowing) {
-        gathered.bins.resize(cuts * binsOfWindow);
         narrow(gathered.bins);
+    } else if (state_ == State::gathering && bySample_ && !sampleWasRight(gathered)) {
+        bySample_ = false;
+        allShares_ = 0;
+        openWindows();
+        state_ = State::narrowing;
     } else if (state_ == State::gathering) {
         finish(gathered);
     }
+}
+
+/// To the bins between which a cut lies, as far as a sample tells, and `margin_` beside it.
+void BeamPercentiles::narrowBySample(const std::vector<Bin>& bins) {
+    auto next = windows_;
+    for (std::size_t cut = 0; cut < cuts; ++cut) {
+        if (!frames_[cut / percents.size()].defined) continue;
+        const auto& window = windows_[cut];
+        const auto* const of = bins.data() + window.bins * binsOfWindow;
+        if (allShares_ == 0) {  // the first pass: all windows hold all
+            for (std::uint64_t i = 0; i < binsOfWindow; ++i) allShares_ += of[i].share;
+        }
+        const double all = static_cast<double>(allShares_), share = percents[cut % percents.size()] / 100.0;
+        std::uint64_t below = window.below, first = 0;
+        const auto reached = [&](std::uint64_t bin, double wanted) {
+            return static_cast<double>(below + of[bin].share) >= wanted * all;
+        };
+        while (first + 1 < binsOfWindow && !reached(first, share - margin_)) below += of[first++].share;
+        auto& narrowed = next[cut];
+        narrowed.below = below;
+        std::uint64_t last = first;
+        while (last + 1 < binsOfWindow && !reached(last, share + margin_)) below += of[last++].share;
+        if (first > 0) narrowed.lowest = window.first + (first << window.shift);
+        if (last + 1 < binsOfWindow)
+            narrowed.end = std::min(window.end, window.first + ((last + 1) << window.shift));
+        narrowed.first = narrowed.lowest;
+        narrowed.shift = 0;
+        while (((narrowed.end - 1 - narrowed.lowest) >> narrowed.shift) >= binsOfWindow) ++narrowed.shift;
+        narrowed.bins = cut;
+    }
+    windows_ = next;
+}
+
+/// Whether each cut lies in its window, of which is then known what lies below it.
+bool BeamPercentiles::sampleWasRight(const Gathered& gathered) {
+    if (gathered.crowded || gathered.near.size() > cuts * mostNear) return false;
+    std::array<std::uint64_t, cuts> below{}, near{};
+    std::uint64_t all = 0;
+    for (const auto& block : gathered.sums) {
+        all += block.allShares;
+        for (std::size_t cut = 0; cut < cuts; ++cut) below[cut] += block.shares[cut];
+    }
+    for (const auto& one : gathered.near) near[one.cut] += one.share;
+    for (std::size_t cut = 0; cut < cuts; ++cut) {
+        if (!frames_[cut / percents.size()].defined) continue;
+        const auto percent = percents[cut % percents.size()];
+        // Nothing is below a window from 0 on; else it must not reach so far.
+        if (windows_[cut].lowest > 0 && reaches(below[cut], percent, all)) return false;
+        if (!reaches(below[cut] + near[cut], percent, all)) return false;
+        windows_[cut].below = below[cut];
+    }
+    allShares_ = all;
+    return true;
 }
 
 void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
@@ -287,21 +430,27 @@ void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
 
 void BeamPercentiles::finish(Gathered& gathered) {
     std::ranges::sort(gathered.sums, {}, &BlockSums::block);
+    std::array<std::vector<NearCut>, cuts> nearOf;
+    std::array<std::size_t, cuts> counts{};
+    for (const auto& one : gathered.near) ++counts[one.cut];
+    for (std::size_t cut = 0; cut < cuts; ++cut) nearOf[cut].reserve(counts[cut]);
+    for (const auto& one : gathered.near) nearOf[one.cut].push_back(one);
+    gathered.near = {};
     // Of a block that came in parts, in their order.
-    std::ranges::stable_sort(gathered.near, before);
-    auto near = gathered.near.begin();
+    oneapi::tbb::parallel_for(std::size_t{0}, cuts,
+                              [&](std::size_t cut) { std::ranges::stable_sort(nearOf[cut], before); });
     for (std::size_t cut = 0; cut < cuts; ++cut) {
         if (!frames_[cut / percents.size()].defined) continue;
         Inside inside;
         for (const auto& block : gathered.sums) mote::storage::add(inside, block.inside[cut]);
         std::uint64_t shares = windows_[cut].below;
         double action = -1.0;
-        for (; near != gathered.near.end() && near->cut == cut; ++near) {
+        for (const auto& near : nearOf[cut]) {
             const bool reached = reaches(shares, percents[cut % percents.size()], allShares_);
-            if (reached && near->action != action) continue;
-            action = near->action;
-            shares += near->share;
-            mote::storage::add(inside, near->of);
+            if (reached && near.action != action) break;
+            action = near.action;
+            shares += near.share;
+            mote::storage::add(inside, near.of);
         }
         emittances_[cut] = emittance(inside);
     }

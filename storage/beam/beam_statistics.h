@@ -78,9 +78,31 @@ class BeamMoments {
     std::vector<Sums> blocks_;
 };
 
+/// Some of the particles, so evenly taken from blocks in which neighbours are alike that cuts of all lie near
+/// theirs. Which they are depends on nothing but the blocks.
+class BeamSample {
+  public:
+    /// Of so many particles at most: one in 32 or fewer, a million at most.
+    explicit BeamSample(std::uint64_t particles);
+
+    void add(const BeamRows& rows);
+    /// What another thread has of the same particles.
+    void merge(const BeamSample& other);
+    BeamRows rows() const;
+
+  private:
+    std::size_t stride_;
+    std::array<std::vector<double>, BeamRows::coordinates> coordinate_;
+    std::vector<double> weight_;
+    std::size_t size_ = 0;
+};
+
 /// Further passes: the rms emittances of those with the smallest single-particle action, in x, y and z, that
 /// hold 90, 95 and 99% of the weight. The cuts are exact: bins of actions are narrowed until few particles
 /// are near a cut, and these are sorted. Weights are compared as whole 2^31sts of the greatest.
+///
+/// Where a sample tells windows, one pass is enough. What it says is checked by what lies below each window
+/// and in it; where a cut lies elsewhere, passes begin anew without it.
 class BeamPercentiles {
   public:
     static constexpr std::array<std::uint32_t, 3> percents{90, 95, 99};
@@ -91,7 +113,9 @@ class BeamPercentiles {
     };
     struct BlockSums {
         std::uint64_t block = 0;
-        std::array<Inside, cuts> inside{};  ///< by plane, then percent: surely below the cut
+        std::array<Inside, cuts> inside{};         ///< by plane, then percent: surely below the cut
+        std::array<std::uint64_t, cuts> shares{};  ///< of their weight; if a sample told the windows
+        std::uint64_t allShares = 0;               ///< likewise, of all
     };
     struct NearCut {  ///< the particles of one block and one action
         double action = 0.0;
@@ -108,12 +132,14 @@ class BeamPercentiles {
         std::vector<Bin> bins;        ///< of all that take part in the pass: they add up
         std::vector<BlockSums> sums;  ///< one after another's
         std::vector<NearCut> near;    ///< one after another's
+        bool crowded = false;         ///< so many are near cuts that they were let go
 
         void merge(const Gathered& other);
     };
 
-    /// Of total() of all moments.
-    explicit BeamPercentiles(const BeamMoments::Sums& total);
+    /// Of total() of all moments. `sample`: of the same particles; null, or too few: windows are found by a
+    /// pass over all.
+    explicit BeamPercentiles(const BeamMoments::Sums& total, const BeamSample* sample = nullptr);
 
     /// Whether another pass over all blocks is needed.
     bool needsPass() const { return state_ != State::done; }
@@ -125,7 +151,7 @@ class BeamPercentiles {
     const std::array<double, cuts>& emittances() const { return emittances_; }
 
   private:
-    enum class State { narrowing, gathering, done };
+    enum class State { sampling, narrowing, gathering, done };
     struct Frame {  ///< action = a q^2 + b (p - k q)^2, about the means
         double q = 0.0, p = 0.0, a = 0.0, b = 0.0, k = 0.0;
         bool defined = false;
@@ -139,12 +165,19 @@ class BeamPercentiles {
         std::size_t bins = 0;      ///< the cut whose bins count this window too
     };
     struct Piece;
+    bool counting() const { return state_ == State::sampling || state_ == State::narrowing; }
+    void openWindows();
+    void askSample(const BeamRows& rows);
     void count(const Piece& piece, std::size_t plane, Gathered& gathered) const;
     void gather(const Piece& piece, std::size_t plane, Gathered& gathered, BlockSums& sums) const;
     void narrow(const std::vector<Bin>& bins);
+    void narrowBySample(const std::vector<Bin>& bins);
+    bool sampleWasRight(const Gathered& gathered);
     void finish(Gathered& gathered);
 
     double shareOfWeight_ = 0.0;
+    double margin_ = 0.0;    // of the weight, on both sides of a cut, where a sample tells windows
+    bool bySample_ = false;  // windows are told by a sample
     std::uint64_t allShares_ = 0;
     std::array<Frame, planes> frames_{};
     std::array<Window, cuts> windows_{};

@@ -54,8 +54,13 @@ std::size_t copyFrom(const From& from, std::size_t count, const std::uint64_t* w
         if (word == 0) continue;
         for (std::size_t k = 0; k < 64; k += lanes) {
             const std::uint64_t bits = word >> k & all;
-            const auto chosen = hn::LoadMaskBits(tag, reinterpret_cast<const std::uint8_t*>(&bits));
-            from.store(hn::Compress(from.load(i + k), chosen), next);
+            // Where neighbours are chosen together there is mostly nothing to pack.
+            auto some = from.load(i + k);
+            if (bits != all) {
+                const auto* const byte = reinterpret_cast<const std::uint8_t*>(&bits);
+                some = hn::Compress(some, hn::LoadMaskBits(tag, byte));
+            }
+            from.store(some, next);
             next += std::popcount(bits);
         }
     }

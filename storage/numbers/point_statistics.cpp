@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "storage/beam/beam_statistics.h"
 #include "storage/numbers/bin_axis.h"
@@ -35,6 +36,7 @@ class RowWalk {
     RowWalk(const ParticleColumns& columns, const PointMask* chosen, const BinAxis* groups,
             const QuantityReader* quantities = nullptr);
 
+    std::uint64_t points() const { return chosen_ != nullptr ? chosen_->count() : columns_.pointCount(); }
     std::uint32_t groups() const { return groups_ != nullptr ? groups_->bins() : 1; }
     /// Of the numbers that `take` is called with.
     static std::size_t threads();
@@ -279,19 +281,24 @@ std::optional<std::vector<std::vector<double>>> valuesOf(const RowWalk& walk, co
     const auto groups = walk.groups();
     std::vector<std::vector<BeamMoments>> moments(threads,
                                                   std::vector<BeamMoments>(groups, BeamMoments(facts.mass)));
+    const bool sampled = wanted == Passes::percentilesToo && groups == 1;
+    std::vector<BeamSample> samples(threads, BeamSample(walk.points()));
     if (!walk.walk(cancelled, [&](std::size_t thread, std::uint32_t group, const BeamRows& rows) {
             moments[thread][group].add(rows);
+            if (sampled) samples[thread].add(rows);
         }))
         return std::nullopt;
+    for (std::size_t thread = 1; thread < threads; ++thread) samples[0].merge(samples[thread]);
     std::vector<BeamMoments::Sums> totals;
     std::vector<BeamPercentiles> percentiles;
     for (std::uint32_t group = 0; group < groups; ++group) {
         for (std::size_t thread = 1; thread < threads; ++thread)
             moments[0][group].merge(moments[thread][group].blocks());
         totals.push_back(moments[0][group].total());
-        percentiles.emplace_back(totals.back());
+        percentiles.emplace_back(totals.back(), sampled ? &samples[0] : nullptr);
     }
     moments.clear();
+    samples.clear();
     const auto needsPass = [](const BeamPercentiles& one) { return one.needsPass(); };
     while (wanted == Passes::percentilesToo && std::ranges::any_of(percentiles, needsPass)) {
         std::vector<std::vector<BeamPercentiles::Gathered>> passes(
@@ -303,7 +310,7 @@ std::optional<std::vector<std::vector<double>>> valuesOf(const RowWalk& walk, co
         for (std::uint32_t group = 0; group < groups; ++group) {
             if (!percentiles[group].needsPass()) continue;
             for (std::size_t thread = 1; thread < threads; ++thread)
-                passes[0][group].merge(passes[thread][group]);
+                passes[0][group].merge(std::exchange(passes[thread][group], {}));
             percentiles[group].finishPass(std::move(passes[0][group]));
         }
     }

@@ -28,7 +28,8 @@ struct SlicesWanted {
     enum class Of : std::uint8_t { even, charge } of = Of::even;
 };
 
-/// Percentiles take two passes more over all values than moments do.
+/// Percentiles take two passes more over all values than moments do; without slices mostly one, and memory for
+/// a sample of a million points at most.
 enum class Passes { momentsAlone, percentilesToo };
 
 struct PointStatistics {

@@ -39,6 +39,27 @@ void keepInRange(const float* values, std::size_t count, FloatRange range, std::
     words[i / 64] &= word;
 }
 
+void findWithin(const double* values, std::size_t count, double low, double end, std::uint64_t* words) {
+    const hn::CappedTag<double, 64> doubles;
+    const std::size_t lanes = hn::Lanes(doubles);
+    const auto first = hn::Set(doubles, low), beyond = hn::Set(doubles, end);
+    std::size_t i = 0;
+    for (; i < count; i += 64) {
+        std::uint64_t word = 0;
+        std::size_t k = 0;
+        for (; k < 64 && i + k + lanes <= count; k += lanes) {
+            const auto value = hn::LoadU(doubles, values + i + k);
+            const auto without = hn::Or(hn::Lt(value, first), hn::Ge(value, beyond));
+            std::uint64_t bits = 0;
+            hn::StoreMaskBits(doubles, without, reinterpret_cast<std::uint8_t*>(&bits));
+            word |= (~bits & ((std::uint64_t{1} << lanes) - 1)) << k;
+        }
+        for (; k < 64 && i + k < count; ++k)
+            word |= std::uint64_t{!(values[i + k] < low) && !(values[i + k] >= end)} << k;
+        words[i / 64] = word;
+    }
+}
+
 }  // namespace mote::storage::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -46,6 +67,7 @@ HWY_AFTER_NAMESPACE();
 namespace mote::storage {
 namespace {
 
+HWY_EXPORT(findWithin);
 HWY_EXPORT(keepInRange);
 
 /// Floats but NaN in their order, from minus infinity.
@@ -79,6 +101,10 @@ FloatRange floatRange(double offset, double low, double high) {
     constexpr float infinite = std::numeric_limits<float>::infinity();
     if (first >= beyond) return {infinite, -infinite};
     return {floatAt(first), floatAt(beyond - 1)};
+}
+
+void findWithin(std::span<const double> values, double low, double end, std::span<std::uint64_t> words) {
+    HWY_DYNAMIC_DISPATCH(findWithin)(values.data(), values.size(), low, end, words.data());
 }
 
 void keepInRange(std::span<const float> values, FloatRange range, std::span<std::uint64_t> words) {

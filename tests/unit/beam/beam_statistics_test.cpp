@@ -495,6 +495,77 @@ TEST(BeamStatistics, PercentilesOfEqualActionsHoldAllOfThem) {
     EXPECT_NEAR(valueOf(values, "norm_emit_x"), 0.5 * 1e9 / mass, 1e-12);
 }
 
+/// Of one thread, by a sample of one in so many blocks; how many passes that takes is told.
+std::vector<double> sampledStatistics(const Particles& particles, std::size_t block, std::size_t stride,
+                                      int& passes) {
+    BeamMoments moments(mass);
+    const std::size_t blocks = (particles.size() + block - 1) / block;
+    const auto rows = [&](std::size_t i) {
+        return rowsOf(particles, i, i * block, std::min(block, particles.size() - i * block));
+    };
+    BeamSample sample(particles.size());
+    for (std::size_t i = 0; i < blocks; ++i) {
+        moments.add(rows(i));
+        if (i % stride == 0) sample.add(rows(i));
+    }
+    BeamPercentiles percentiles(moments.total(), &sample);
+    for (passes = 0; percentiles.needsPass(); ++passes) {
+        BeamPercentiles::Gathered gathered;
+        for (std::size_t i = 0; i < blocks; ++i) percentiles.add(rows(i), gathered);
+        percentiles.finishPass(std::move(gathered));
+    }
+    return beamValues(moments.total(), percentiles, {mass, "1", 0, 0.0});
+}
+
+void expectSamePercentiles(const std::vector<double>& values, const std::vector<double>& expected) {
+    for (const std::string plane : {"x", "y", "z"}) {
+        for (const std::string percent : {"90", "95", "99"}) {
+            const auto name = "emit" + percent + "_action_" + plane;
+            const double wanted = valueOf(expected, name);
+            if (std::isnan(wanted)) {
+                EXPECT_TRUE(std::isnan(valueOf(values, name))) << name;
+            } else {
+                expectClose(valueOf(values, name), wanted, wanted, name);
+            }
+        }
+    }
+}
+
+Particles manyNormals(std::size_t count) {
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> normal;
+    std::vector<std::pair<double, double>> plane;
+    for (std::size_t i = 0; i < count; ++i) plane.emplace_back(normal(random), normal(random));
+    auto particles = ofPlane(plane);
+    std::uniform_real_distribution<double> weights(0.5, 1.5);
+    for (auto& weight : particles.weight) weight = weights(random);
+    return particles;
+}
+
+TEST(BeamStatistics, PercentilesByASampleTakeOnePassAndAreTheSame) {
+    const auto particles = manyNormals(200000);
+    const auto expected = statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0});
+    int passes = 0;
+    expectSamePercentiles(sampledStatistics(particles, 4096, 1, passes), expected);
+    EXPECT_EQ(passes, 1);
+}
+
+/// A sample of which all cuts lie elsewhere than of all: its blocks hold the innermost, or the outermost.
+TEST(BeamStatistics, PercentilesByAWrongSampleAreTheSame) {
+    for (const double factor : {0.1, 10.0}) {
+        auto particles = manyNormals(200000);
+        for (std::size_t i = 0; i < particles.size(); ++i) {
+            if (i / 4096 % 2 != 0) continue;
+            for (const std::size_t c : {0, 1, 2, 4, 5, 6})
+                if (!particles.coordinate[c].empty()) particles.coordinate[c][i] *= factor;
+        }
+        const auto expected = statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0});
+        int passes = 0;
+        expectSamePercentiles(sampledStatistics(particles, 4096, 2, passes), expected);
+        EXPECT_EQ(passes, 3);
+    }
+}
+
 TEST(BeamStatistics, NamesAreFoundOnce) {
     std::set<std::string> names;
     for (const auto& statistic : statistics()) {

@@ -76,6 +76,27 @@ TEST(AnyVectors, BinsAndRangesAreTheSame) {
     }
 }
 
+TEST(AnyVectors, WhatLiesWithinIsTheSame) {
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+        Random random(seed, 96);
+        const auto floats = anyValues(random, 0.0, {-1.0, 0.0, 1.0});
+        const std::vector<double> values(floats.begin(), floats.end());
+        if (values.empty()) continue;
+        const double low = random.oneOf<double>({-INFINITY, -0.5, values[values.size() / 2]});
+        const double end = random.oneOf<double>({NAN, 0.5, values[values.size() / 3]});
+        for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+            SCOPED_TRACE(testing::Message() << seed << " with " << hwy::TargetName(target));
+            const OneKind kind(target);
+            std::vector<std::uint64_t> words((values.size() + 63) / 64, ~0ULL);
+            storage::findWithin(values, low, end, words);
+            for (std::size_t i = 0; i < 64 * words.size(); ++i) {
+                const bool within = i < values.size() && !(values[i] < low) && !(values[i] >= end);
+                ASSERT_EQ(words[i / 64] >> (i % 64) & 1, within ? 1 : 0) << i;
+            }
+        }
+    }
+}
+
 TEST(AnyVectors, ChosenValuesAreTheSame) {
     for (std::uint64_t seed = 0; seed < 300; ++seed) {
         Random random(seed, 95);
