@@ -19,16 +19,11 @@ constexpr std::size_t chunkBlocks = 16;  // of the preview
 /// The leaves of a layer of which points are drawn, chunk by chunk, with the tiles that they can touch.
 class LeafTiles {
   public:
-    /// `found`: room for the leaves. `verified`: for the points of each chunk.
-    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells, std::vector<DrawnLeaf>& found,
-              std::vector<PointRun>& verified)
-        : layer_(layer),
-          leaves_(layer.step->leaves()),
-          cells_(cells),
-          found_(found),
-          counts_(chunks(), 0),
-          verified_(verified) {
-        found_.resize(cells.size());
+    /// `found`, `verified`: room for the leaves and for the points of each chunk.
+    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells,
+              std::vector<std::vector<DrawnLeaf>>& found, std::vector<PointRun>& verified)
+        : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), found_(found), verified_(verified) {
+        found_.resize(chunks());
         verified_.assign(chunks(), {});
     }
 
@@ -38,6 +33,7 @@ class LeafTiles {
     std::uint64_t prepare(std::size_t chunk, const PointMap& map, float margin) {
         const std::size_t begin = chunk * chunkLeaves, end = std::min(cells_.size(), begin + chunkLeaves);
         std::uint64_t drawn = 0;
+        found_[chunk].clear();
         std::array<std::uint32_t, blockLeaves> numbers;
         std::size_t size = 0;
         const auto add = [&] {
@@ -50,15 +46,14 @@ class LeafTiles {
             if (size == blockLeaves) add();
         }
         if (size > 0) add();
-        if (counts_[chunk] > 0) verified_[chunk] = verify(begin, end);
+        if (!found_[chunk].empty()) verified_[chunk] = verify(begin, end);
         return drawn;
     }
 
     /// Calls visit(tile, leaf points) for each tile that a leaf of the chunk can touch.
     template <class Visit>
     void forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
-        const DrawnLeaf* const first = found_.data() + chunk * chunkLeaves;
-        for (const auto& [leaf, box] : std::span(first, counts_[chunk])) {
+        for (const auto& [leaf, box] : found_[chunk]) {
             const std::uint32_t count = layer_.drawn(leaf);
             for (std::uint32_t row = box.top; row < box.bottom; ++row) {
                 for (std::uint32_t column = box.left; column < box.right; ++column) {
@@ -83,7 +78,7 @@ class LeafTiles {
         for (std::size_t i = 0; i < numbers.size(); ++i) {
             if (boxes[i].left == boxes[i].right) continue;
             drawn += layer_.drawn(numbers[i]);
-            found_[chunk * chunkLeaves + counts_[chunk]++] = {numbers[i], boxes[i]};
+            found_[chunk].push_back({numbers[i], boxes[i]});
         }
         return drawn;
     }
@@ -113,8 +108,7 @@ class LeafTiles {
     const PointsPlan& layer_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
-    std::vector<DrawnLeaf>& found_;
-    std::vector<std::size_t> counts_;  // of them, by chunk
+    std::vector<std::vector<DrawnLeaf>>& found_;  // by chunk
     std::vector<PointRun>& verified_;
 };
 
@@ -262,9 +256,10 @@ void TilePoints::verify(const PointsPlan& layer) const {
 }
 
 std::uint64_t TilePoints::bytes() const {
-    return leaves_.bytes() + discPoints_.bytes() + pixelPoints_.bytes() +
-           drawnLeaves_.capacity() * sizeof(DrawnLeaf) + pointTiles_.capacity() * sizeof(std::uint32_t) +
-           unsorted_.capacity() * sizeof(TilePoint);
+    std::size_t drawnLeaves = 0;
+    for (const auto& chunk : drawnLeaves_) drawnLeaves += chunk.capacity();
+    return leaves_.bytes() + discPoints_.bytes() + pixelPoints_.bytes() + drawnLeaves * sizeof(DrawnLeaf) +
+           pointTiles_.capacity() * sizeof(std::uint32_t) + unsorted_.capacity() * sizeof(TilePoint);
 }
 
 bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const FrameColors& colors,

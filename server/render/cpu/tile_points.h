@@ -100,7 +100,7 @@ class TilePoints {
     TileLists<TilePoint> pixelPoints_;
     std::vector<PointRun> verified_;  // of the leaves that are drawn
     // While they are sorted.
-    std::vector<DrawnLeaf> drawnLeaves_;
+    std::vector<std::vector<DrawnLeaf>> drawnLeaves_;  // by chunk of leaves
     std::vector<std::uint32_t> pointTiles_;
     std::vector<TilePoint> unsorted_;
     PointStream stream_;
