@@ -362,6 +362,11 @@ void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, dou
         "film of {} pictures, {} degrees each: ink that changes {:.4f} of independent pictures, {:.4f} of "
         "coherent ones, {:.4f} of all lines alone, {:.4f} of ink that sticks\n",
         frames, degrees, still.flicker(), coherent.flicker(), lines.flicker(), stuck.flicker());
+    fmt::print(
+        "of the {:.0f}% that nothing hides within a pixel: {:.4f} of independent pictures, {:.4f} of "
+        "coherent ones, {:.4f} of ink that sticks\n",
+        100.0 * coherent.inFront(), still.flickerInFront(), coherent.flickerInFront(),
+        stuck.flickerInFront());
     fmt::print("the last picture has {:.1f}% more ink as a coherent one\n",
                100.0 * (coherent.ink() / still.ink() - 1.0));
     tellParts(coherent);

@@ -56,6 +56,17 @@ class MovedStrokes {
         }
         return seen;
     }
+    /// Which of them nothing hides within a pixel, neither where they are nor where they go: whether they are
+    /// seen is no matter of a pixel's rounding.
+    std::vector<bool> inFrontOfAll(const Raster<float>& here, const Raster<float>& there,
+                                   double alike) const {
+        std::vector<bool> seen(moved_.size());
+        for (std::size_t i = 0; i < moved_.size(); ++i) {
+            const PicturePlace at{{here_[i].x, here_[i].y}, here_[i].depth};
+            seen[i] = isFree(here, at, alike) && isFree(there, moved_[i], alike);
+        }
+        return seen;
+    }
     /// What of them `seen` says, as they are or where they go.
     FilmStrokes those(const std::vector<bool>& seen, bool there) const {
         FilmStrokes made;
@@ -89,6 +100,16 @@ class MovedStrokes {
   private:
     static constexpr double step = 2.0;  // pixels
 
+    static bool isFree(const Raster<float>& depth, const PicturePlace& place, double alike) {
+        for (const double down : {-1.0, 0.0, 1.0}) {
+            for (const double across : {-1.0, 0.0, 1.0}) {
+                const glm::dvec2 at = place.at + glm::dvec2(across, down);
+                if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < depth.width && at.y < depth.height)) return false;
+                if (static_cast<double>(depth.near(at.x, at.y)) < place.depth - alike) return false;
+            }
+        }
+        return true;
+    }
     void add(const StrokePoint& point, InkPart part, const PictureMotion& motion) {
         here_.push_back(point);
         moved_.push_back(motion({{point.x, point.y}, point.depth}));
@@ -186,6 +207,15 @@ void Film::show(const InkScene& scene, const Drawing& drawing, const InkMemory& 
         changed_ += all.changed;
         inked_ += all.inked;
         if (compared) compared(was, is);
+        const auto front = changeOf(
+            blurred(coverOf(before.those(before.inFrontOfAll(depth_, modalities.depth, alike), true).strokes,
+                            plan),
+                    inkBlur),
+            blurred(coverOf(after.those(after.inFrontOfAll(modalities.depth, depth_, alike), false).strokes,
+                            plan),
+                    inkBlur));
+        changedInFront_ += front.changed;
+        inkedInFront_ += front.inked;
         for (std::size_t i = 0; i < parts_.size(); ++i) {
             const auto part = static_cast<InkPart>(i);
             const auto one = changeOf(blurred(coverOf(only(then, part), plan), inkBlur),

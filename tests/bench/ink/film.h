@@ -41,6 +41,11 @@ class Film {
               const render::FramePlan& plan);
     /// As a share of the ink.
     double flicker() const { return changed_ / inked_; }
+    /// The same of ink that nothing hides within a pixel, in neither picture: without what goes behind
+    /// something, or comes from behind it, which motion explains.
+    double flickerInFront() const { return changedInFront_ / inkedInFront_; }
+    /// How much of the ink that is.
+    double inFront() const { return inkedInFront_ / inked_; }
     /// Ink of the last picture, pixels.
     double ink() const { return ink_; }
     const std::array<Part, 5>& parts() const { return parts_; }
@@ -52,6 +57,7 @@ class Film {
     render::Raster<float> depth_;
     render::InkCamera camera_;
     double changed_ = 0.0, inked_ = 0.0, ink_ = 0.0;
+    double changedInFront_ = 0.0, inkedInFront_ = 0.0;
     std::array<Part, 5> parts_{};
 };
 
