@@ -47,7 +47,7 @@ ConnectionSettings connectionSettings(const ViewOptions& options) {
 Viewer::Viewer(const ViewOptions& options)
     : options_(options),
       window_(options.window),
-      browser_(options.connection, fileLineOf(connection_)),
+      browser_(options.connection, fileLineOf(connection_, [this](const auto& come) { learnLetters(come); })),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       pictures_([this](proto::View view, const ViewRequest& request) {
           return connection_.setView(std::move(view), request);

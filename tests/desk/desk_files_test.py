@@ -29,6 +29,7 @@ class DeskFiles(DeskCase):
         for turn in range(1, 4):
             rows = "".join(f"{x * 1e-4},{turn * x * 10},{(x * x % 7) * 1e-4}\n" for x in range(-500, 500))
             (cls.root / "turns" / f"turn_{turn}.csv").write_text("x [m],px [eV/c],y [m]\n" + rows, encoding="ascii")
+        (cls.root / "Μετρήσεις").mkdir()
         (cls.root / "many").mkdir()
         for number in range(10_000):
             (cls.root / "many" / f"scan_{number}.h5").touch()
@@ -41,6 +42,7 @@ class DeskFiles(DeskCase):
         viewer = self.beam()
         viewer.key("shift+d")
         viewer.see("Enter opens", within=PAGE)
+        viewer.see("Μετρήσεις", within=FILES)
         viewer.type("2026")  # there is none here
         viewer.see("0 of", within=PAGE)
         for _ in "2026":

@@ -99,7 +99,7 @@ std::optional<DatasetBrowser::Choice> DatasetBrowser::draw(const PictureArea& ar
     }
     open_ = true;
     drawPages();
-    const auto choice = filesShown_ ? drawFiles(area.scale) : drawDatasets(area.scale);
+    auto choice = filesShown_ ? drawFiles(area.scale) : drawDatasets(area.scale);
     if (choice || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
     return choice;

@@ -75,14 +75,20 @@ std::string lastPart(const std::string& path) {
 
 }  // namespace
 
-FileLine fileLineOf(Connection& connection) {
-    FileLine line;
-    line.list = [&connection](const std::string& folder, std::uint64_t first,
-                              FileLine::Reply<proto::Folder> reply) {
-        connection.listFolder(folder, first, std::move(reply));
+FileLine fileLineOf(Connection& connection, std::function<void(const google::protobuf::Message&)> learn) {
+    const auto learning = [learn = std::move(learn)](auto reply) {
+        return [learn, reply = std::move(reply)](auto answer) {
+            if (answer.ok()) learn(*answer);
+            reply(std::move(answer));
+        };
     };
-    line.look = [&connection](const proto::LookAtFile& wanted, FileLine::Reply<proto::Look> reply) {
-        return connection.lookAtFile(wanted, std::move(reply));
+    FileLine line;
+    line.list = [&connection, learning](const std::string& folder, std::uint64_t first,
+                                        FileLine::Reply<proto::Folder> reply) {
+        connection.listFolder(folder, first, learning(std::move(reply)));
+    };
+    line.look = [&connection, learning](const proto::LookAtFile& wanted, FileLine::Reply<proto::Look> reply) {
+        return connection.lookAtFile(wanted, learning(std::move(reply)));
     };
     line.cancel = [&connection](std::uint64_t look) { connection.cancelQuery(look); };
     line.whyNot = [&connection]() -> std::string {

@@ -32,8 +32,8 @@ struct FileLine {
     std::function<std::string()> whyNot;  ///< one sentence, if the server lists no files; else empty
 };
 
-/// A line over a connection, which outlives it.
-FileLine fileLineOf(Connection& connection);
+/// A line over a connection, which outlives it. `learn` is told of what has come, before it is shown.
+FileLine fileLineOf(Connection& connection, std::function<void(const google::protobuf::Message&)> learn);
 
 /// What a folder holds, page by page, and which of it holds the words that were typed, in an order.
 class FolderList {

@@ -323,7 +323,7 @@ void JobForm::begin(const proto::JobRequest& request) {
             return field.path.size() > 2 || field.label == "isovalue" || field.label == "clip";
         });
     }
-    std::ranges::stable_partition(fields_, [](const Field& field) { return field.first; });
+    std::stable_partition(fields_.begin(), fields_.end(), [](const Field& field) { return field.first; });
 }
 
 Result<proto::JobRequest> JobForm::request() const {

@@ -52,7 +52,7 @@ TEST_F(LoadedStepsTest, AreAskedForAsPicturesComeAndNotAtRest) {
     look(5.2 + LoadedSteps::pause, 3);
     EXPECT_EQ(asked_.size(), 3U);
     answer({3});
-    for (double now = 6.0; now < 100.0; now += 1.0) look(now, 3);
+    for (int second = 6; second < 100; ++second) look(second, 3);
     EXPECT_EQ(asked_.size(), 3U) << "at rest";
 }
 
