@@ -4,7 +4,7 @@
 
     MOTE_BIN=build/release/bin measure.py PART...
 
-Parts: file, connect, frozen, dead, slow, large, small, many, rest, views. How soon the interface answers is the time from
+Parts: file, connect, frozen, dead, slow, large, small, many, files, rest, views. How soon the interface answers is the time from
 a move of the pointer to the light of what lies under it, on the screen. Frames that fill the window are counted by
 Mesa (GALLIUM_HUD); those that draw a part of it are not.
 """
@@ -232,6 +232,27 @@ def part_many(folder):
     viewer.type("run 0123")
     viewer.see("10 of 10001", within=(0, 80, 940, 720))
     print(f"60 turns of the wheel and eight letters: {1000 * (viewer.processor() - spent):.0f} ms of a core")
+
+
+def part_files(folder):
+    root = folder / "root"
+    shutil.copytree(data(), root)
+    (root / "many").mkdir()
+    for i in range(10_000):
+        (root / "many" / f"scan_{i}.h5").touch()
+    _, viewer = shown(folder, root)
+    files = (0, 110, 445, 650)
+    viewer.key("shift+d")
+    viewer.press("many/", within=files)
+    viewer.see("10000 of 10000", within=(0, 80, 940, 720))
+    answer(viewer, "list of 10,000 files", [(150, 300), (150, 420)])
+    spent = viewer.processor()
+    for _ in range(60):
+        viewer.wheel(150, 400, -1)
+        time.sleep(0.03)
+    viewer.type("scan 12")
+    viewer.see("of 10000", within=(0, 80, 940, 720))
+    print(f"60 turns of the wheel and seven letters: {1000 * (viewer.processor() - spent):.0f} ms of a core")
 
 
 def rest(viewer, say):
