@@ -37,6 +37,9 @@ class LostFilter final : public ParticleSource {
     double particleCharge() const override { return source_->particleCharge(); }
     std::string weightUnit() const override { return source_->weightUnit(); }
     bool readsAtOnce(std::size_t step) const override { return source_->readsAtOnce(step); }
+    std::uint64_t keptBytes(std::size_t step, std::size_t threads) const override {
+        return source_->keptBytes(step, threads);
+    }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 

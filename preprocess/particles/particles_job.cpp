@@ -300,11 +300,23 @@ class Job {
 
     int ofDataset(std::size_t index) const { return static_cast<int>(first_ + index); }
 
+    /// Bytes that the source keeps of a step.
+    std::uint64_t keptBySource(std::size_t step) const {
+        return source_.keptBytes(step, static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+    }
+    /// What is left of the memory beside these.
+    std::uint64_t memoryBeside(std::size_t step) const {
+        const auto all = prep::memoryFor(resources_.memory);
+        return all - std::min(all - 1, keptBySource(step));
+    }
+
     /// `together`: among how many steps the memory is divided.
     MemoryPlan memoryFor(std::size_t step, std::size_t together) const {
-        return planMemory(source_.steps()[step].particles, stepOptions_,
-                          prep::memoryFor(resources_.memory) / together,
-                          tbb::this_task_arena::max_concurrency());
+        auto plan = planMemory(source_.steps()[step].particles, stepOptions_,
+                               std::max<std::uint64_t>(memoryBeside(step) / together, 1),
+                               tbb::this_task_arena::max_concurrency());
+        plan.needed += keptBySource(step);
+        return plan;
     }
 
     /// Whether two steps at once, one being built and one being written, fit into the memory without a
@@ -520,7 +532,7 @@ class Job {
     }
 
     StatisticsRequest statisticsRequest(std::size_t index, ColumnSample& sample) {
-        const auto memory = prep::memoryFor(resources_.memory);
+        const auto memory = memoryBeside(steps_[index]);
         // Without columns nothing is coded by what is seen.
         const auto observe = columns_.columns.empty()
                                  ? std::function<void(const ParticleChunk&)>()
@@ -546,7 +558,8 @@ class Job {
         request.points = &points;
         request.sample = &sample;
         request.pointCount = entry.particles();
-        request.memory = prep::memoryFor(resources_.memory) - rowBytes_;
+        const auto memory = memoryBeside(request.step);
+        request.memory = memory - std::min(memory, rowBytes_);
         request.stores = stores_;
         request.ranks = &ranks_;
         request.writeback = &writeback_;

@@ -46,6 +46,14 @@ class JoinedSource final : public ParticleSource {
     std::string species() const override { return species_; }
     double particleCharge() const override { return charge_; }
     std::string weightUnit() const override { return weightUnit_; }
+    std::uint64_t keptBytes(std::size_t step, std::size_t threads) const override {
+        std::uint64_t sum = 0;
+        for (std::size_t part = 0; part < parts_.size(); ++part) {
+            if (const Place place = places_[step][part])
+                sum += parts_[part].source->keptBytes(*place, threads);
+        }
+        return sum;
+    }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 

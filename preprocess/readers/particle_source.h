@@ -97,6 +97,8 @@ class ParticleSource {
     virtual std::vector<double> statistics(std::size_t) const { return {}; }
     /// Whether several threads may read() rows of a step at once; else one call comes after another.
     virtual bool readsAtOnce(std::size_t) const { return false; }
+    /// Bytes that it keeps, at most, while so many threads read a step: what was decoded last of each column.
+    virtual std::uint64_t keptBytes(std::size_t, std::size_t) const { return 0; }
     /// Reads rows [begin, begin + count) of a step, `count` at most 2^22. Missing weights are 1, missing ids
     /// the row.
     virtual Status read(std::size_t step, std::uint64_t begin, std::size_t count,

@@ -47,6 +47,9 @@ class H5Chunks {
     /// Values of a chunk along each dimension.
     const std::vector<hsize_t>& shape() const { return shape_; }
 
+    /// Of a chunk, decoded.
+    std::uint64_t bytes() const { return chunkBytes_; }
+
     /// How many bytes come out of one stored byte at most: 1 where none is compressed.
     std::uint64_t greatestRatio() const;
 

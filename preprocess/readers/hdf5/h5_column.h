@@ -34,6 +34,10 @@ class H5Column {
     bool readsAtOnce() const { return own_.has_value(); }
     /// The same of integers.
     bool readsIntegersAtOnce() const;
+    /// Bytes that it keeps while so many threads read: a decoded chunk each, or one if they take turns.
+    std::uint64_t keptBytes(std::size_t threads) const {
+        return numbers_.chunks() != nullptr ? numbers_.chunks()->bytes() * (own_ ? threads : 1) : 0;
+    }
 
     /// Values [begin, begin + count), which must lie within the rows, as doubles. Error: corrupt.
     Status read(std::uint64_t begin, std::size_t count, double* values) const;

@@ -34,6 +34,10 @@ class OpenpmdComponent {
     /// Whether several threads may read() at once; or readIntegers().
     bool readsAtOnce() const { return constant() || column_->readsAtOnce(); }
     bool readsIntegersAtOnce() const { return constant() || column_->readsIntegersAtOnce(); }
+    /// As H5Column::keptBytes.
+    std::uint64_t keptBytes(std::size_t threads) const {
+        return constant() ? 0 : column_->keptBytes(threads);
+    }
     const std::string& where() const { return where_; }
     /// The power of the weighting that its values carry: 0 for those of one real particle.
     double weightingPower() const { return weightingPower_; }

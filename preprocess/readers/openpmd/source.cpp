@@ -22,6 +22,7 @@ struct OpenpmdPlace {
     std::string iteration;
     std::optional<std::string> species;
     bool readsAtOnce = true;  ///< of an empty step nothing is read
+    OpenpmdSpecies::Kept kept = {};
 };
 
 class OpenpmdSource : public SeriesSource {
@@ -34,6 +35,9 @@ class OpenpmdSource : public SeriesSource {
     double particleCharge() const override { return particleCharge_; }
     std::string weightUnit() const override { return weightUnit_; }
     bool readsAtOnce(std::size_t step) const override { return places_[step].readsAtOnce; }
+    std::uint64_t keptBytes(std::size_t step, std::size_t threads) const override {
+        return places_[step].kept.first + (threads - 1) * places_[step].kept.more;
+    }
 
   protected:
     Status addFile(const std::filesystem::path& path) override;
@@ -100,10 +104,10 @@ Status OpenpmdSource::addIteration(const H5File& file, OpenpmdPlace place, const
     step.file = file.name();
     step.iteration = iteration.numbered ? iteration.number : fileNumber(place.file).value_or(0);
     if (chosen) {
-        MOTE_ASSIGN_OR_RETURN(const auto species,
-                              OpenpmdSpecies::open(file, *chosen, iteration.path, wantedMass_));
+        MOTE_ASSIGN_OR_RETURN(auto species, OpenpmdSpecies::open(file, *chosen, iteration.path, wantedMass_));
         addSpecies(species, step);
         place.readsAtOnce = species.readsAtOnce();
+        place.kept = species.kept();
     } else {
         anyWithout_ = true;
     }

@@ -533,6 +533,17 @@ std::vector<OpenpmdSpecies::Member> OpenpmdSpecies::members() {
     return all;
 }
 
+OpenpmdSpecies::Kept OpenpmdSpecies::kept() {
+    Kept kept;
+    const auto add = [&](const OpenpmdComponent& component) {
+        kept.first += component.keptBytes(1);
+        kept.more += component.keptBytes(2) - component.keptBytes(1);
+    };
+    for (const Member& member : members()) add(member.get());
+    for (const auto& record : records_) add(record);
+    return kept;
+}
+
 /// Whether all that read() reads of can be read by several threads at once.
 bool OpenpmdSpecies::findWhetherAtOnce() {
     const auto all = members();

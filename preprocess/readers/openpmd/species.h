@@ -43,6 +43,11 @@ class OpenpmdSpecies {
 
     /// Whether several threads may read() at once.
     bool readsAtOnce() const { return readsAtOnce_; }
+    /// As ParticleSource::keptBytes: of one thread, and of each more.
+    struct Kept {
+        std::uint64_t first = 0, more = 0;
+    };
+    Kept kept();
     /// As SeriesSource::readRows, the records of `names`.
     Status read(const std::vector<Column>& wanted, const std::vector<SourceRecord>& names,
                 ParticleChunk& chunk) const;

@@ -55,6 +55,9 @@ class FakeSource final : public prep::ParticleSource {
         return true;
     }
     double mass() const override { return mass_; }
+    std::uint64_t keptBytes(std::size_t, std::size_t threads) const override { return threads * kept_; }
+    /// Says that it keeps so many bytes for each thread that reads.
+    void keep(std::uint64_t bytes) { kept_ = bytes; }
     std::string species() const override { return what.species; }
     double particleCharge() const override { return what.charge; }
     std::string weightUnit() const override { return what.weightUnit; }
@@ -93,6 +96,7 @@ class FakeSource final : public prep::ParticleSource {
   private:
     std::vector<FakeStep> data_;
     std::vector<prep::SourceStep> steps_;
+    std::uint64_t kept_ = 0;
     double mass_;
 };
 

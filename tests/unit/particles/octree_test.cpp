@@ -447,5 +447,18 @@ TEST(Spill, WhatIsNeededIsSaidAndIsEnough) {
     EXPECT_TRUE(make(requestFor(), source, dir / "a.mote", {threads, needed + 1024}).ok());
 }
 
+TEST(Spill, WhatTheSourceKeepsIsNeededToo) {
+    constexpr std::uint64_t perThread = 50'000'000;
+    const test::TempDir dir;
+    FakeSource source({beamStep(20000, 1)});
+    source.keep(perThread);
+    const auto needed =
+        planMemory(20000, defaults, std::uint64_t{1} << 40, threads).needed + threads * perThread;
+    const auto refused = make(requestFor(), source, dir / "a.mote", {threads, needed - 1});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_THAT(refused.error().message, HasSubstr("needs at least 0.12 GB"));
+    EXPECT_TRUE(make(requestFor(), source, dir / "a.mote", {threads, needed + 1024}).ok());
+}
+
 }  // namespace
 }  // namespace mote::prep

@@ -84,6 +84,7 @@ TEST_F(H5Plain, everyNumberOfThisMachineIsReadAtOnce) {
         writeX(type);
         MOTE_OPEN(source, {path()}, progress);
         EXPECT_TRUE(source->readsAtOnce(0));
+        EXPECT_EQ(source->keptBytes(0, 3), 0U);
         EXPECT_EQ(column(*source, 0, Column::x), values());
     }
 }
@@ -120,6 +121,7 @@ TEST_F(H5Plain, chunksAreReadAtOnce) {
             H5Pclose(creation);
             MOTE_OPEN(source, {path()}, progress);
             EXPECT_TRUE(source->readsAtOnce(0));
+            EXPECT_EQ(source->keptBytes(0, 3), 3 * chunk * H5Tget_size(type)) << "a chunk for each thread";
             EXPECT_EQ(column(*source, 0, Column::x), values()) << chunk;
             expectThreadsRead(*source, values());
         }
@@ -137,7 +139,9 @@ TEST_F(H5Plain, chunksOfMoreThanAMebibyteAreNot) {
             [&](H5TestFile& file) { file.write(plainX, H5T_IEEE_F64LE, written.data(), {rows}, creation); });
         H5Pclose(creation);
         MOTE_OPEN(source, {path()}, progress);
-        EXPECT_EQ(source->readsAtOnce(0), chunk == hsize_t{1} << 17);
+        const bool atOnce = chunk == hsize_t{1} << 17;
+        EXPECT_EQ(source->readsAtOnce(0), atOnce);
+        EXPECT_EQ(source->keptBytes(0, 3), (atOnce ? 3 : 1) * chunk * sizeof(double));
         EXPECT_EQ(column(*source, 0, Column::x), written);
     }
 }
