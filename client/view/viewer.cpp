@@ -165,7 +165,10 @@ void Viewer::askServer() {
         if (model().hasDataset()) return;
         if (model().isLoaded()) return;  // a view without layers
         if (!options_.dataset.empty()) return openDataset(options_.dataset);
-        if (reply->datasets().empty()) return say("the server has no datasets yet");
+        if (reply->datasets().empty()) {
+            said_ = "the server has no datasets yet";
+            return notes_.add({said_, {{"Prepare a file...", [this] { browser_.openFiles(); }}}});
+        }
         openDataset(reply->datasets(0).name());
     });
     connection_.watchJobs([this](Result<proto::Jobs> reply) {

@@ -165,6 +165,24 @@ class DeskFiles(DeskCase):
         manifest = self.manifest("turns/turn")
         self.assertEqual(len(manifest["particles"]["steps"]), 3)
 
+    def test_111_a_server_without_datasets_offers_its_files(self):
+        folder = hand.new_folder()
+        (folder / "raw").mkdir()
+        shutil.copy(data() / "cube.obj", folder / "raw")
+        server = hand.Server(folder, folder / "raw")
+        self.addCleanup(server.close)
+        viewer = hand.Viewer(["--connect", server.connection])
+        self.addCleanup(viewer.close)
+        viewer.see("the server has no datasets yet")
+        viewer.press("Prepare a file...", within=(400, 550, PANEL, 720))
+        viewer.press("cube.obj", within=FILES)
+        viewer.see("12 triangles", within=CONTENT)
+        viewer.key("ctrl+Return")
+        viewer.see("data/cube is made", within=(400, 500, PANEL, 720))
+        viewer.press("Open it", within=(400, 500, PANEL, 720))
+        viewer.see("data/cube", within=(PANEL, 130, 1160, 170))
+        viewer.see("exact", within=(PANEL, 60, 1280, 110))
+
     def test_109_the_time_bar_shows_what_is_loaded(self):
         viewer = self.beam()
         track = slice(713, 720), slice(306, 600)
