@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "protocol/scene/fields/facts.h"
-#include "server/data/load_mesh.h"
 #include "server/encode/encode.h"
 #include "server/frames/planning.h"
 #include "server/render/layers/contrast/lower_contrast.h"
@@ -44,7 +43,7 @@ PixelNeed needOf(const Layer& layer, const proto::Manifest* manifest, double pix
         constexpr double ofWash = 8.0;          // kept: its pigment, and at which depth it lies
         constexpr double whileWashed = 72.0;    // with what distances to its edges take
         constexpr double mostFine = 1U << 23U;  // as of volume_modalities: four rays in some pixels
-        const bool mesh = manifest != nullptr && hasMesh(*manifest);
+        const bool mesh = manifest != nullptr && manifest->has_mesh();
         const bool washed = washes(*ink);
         double planned = !mesh && pixels <= mostFine ? 84.0 : 52.0;
         if (washed) planned = std::max(planned, whileWashed);
