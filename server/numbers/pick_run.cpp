@@ -113,7 +113,7 @@ class PickRun final : public QueryRun {
                                     const Cancelled& cancelled) const {
         render::LayerData data;
         const auto& kind = entry.manifest->kind();
-        if (kind == "mesh") {
+        if (kind == "mesh" || kind == "stipple") {
             MOTE_ASSIGN_OR_RETURN(data.mesh, loaded(meshSurface(entry, layer.clips()), cancelled));
         } else if (kind == "particles") {
             MOTE_ASSIGN_OR_RETURN(data.density, loaded(stepDensity(entry, layer.step), cancelled));

@@ -77,6 +77,12 @@ class Drawings(FolderCase):
         self.assertLess(cut["position"][2], 0.6 + 1e-5)
         self.assertIsNone(cube.pick(self.view(camera, "data/cube", opacity=0), 320, 200))
 
+    def test_the_surface_under_dots_is_met(self):
+        prepare("stipple", self.folder / "cube.obj", "--points", "500", "--seed", "1", "--out", self.folder / "dots.mote")
+        camera = {"eye": [0.5, 0.5, 5], "target": [0.5, 0.5, 0], "up": [0, 1, 0], "orthographicHeight": 2}
+        found = self.session["data/dots"].pick(self.view(camera, "data/dots"), 320, 200)
+        np.testing.assert_allclose(found["position"], [0.5, 0.5, 1], atol=2e-5)
+
     def test_a_ball_in_a_volume_is_met_on_its_side_towards_the_eye(self):
         size = 48
         z, y, x = np.mgrid[:size, :size, :size] - (size - 1) / 2
