@@ -8,9 +8,9 @@
 #include "preprocess/command_line.h"
 #include "preprocess/look/look_at.h"
 #include "preprocess/parallel/communicator.h"
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/utf8.h"
 #include "protocol/scene/film/sized_script.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "preprocess/command_line.h"
 #include "preprocess/console.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
+#include "protocol/base/utf8.h"
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
 #include "storage/verify.h"

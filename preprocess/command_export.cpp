@@ -8,7 +8,7 @@
 #include "preprocess/export/export_job.h"
 #include "preprocess/export_vdb.h"
 #include "preprocess/job_kinds.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {

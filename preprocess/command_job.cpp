@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "preprocess/command_line.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote::prep {
 namespace {

@@ -15,12 +15,12 @@
 
 #include "preprocess/job_kinds.h"
 #include "preprocess/parallel/communicator.h"
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
+#include "protocol/base/utf8.h"
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/space/length_unit.h"
-#include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
 
 namespace mote::prep {

@@ -12,9 +12,9 @@
 #include "preprocess/console.h"
 #include "preprocess/draft_file.h"
 #include "preprocess/job.h"
+#include "protocol/base/error.h"
 #include "protocol/cli/command.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/roots.h"
 
 namespace mote::prep {

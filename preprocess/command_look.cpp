@@ -11,8 +11,8 @@
 #include "preprocess/console.h"
 #include "preprocess/look/confined_child.h"
 #include "preprocess/look/look_at.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/utf8.h"
 #include "storage/storage_error.h"
 
 namespace mote::prep {

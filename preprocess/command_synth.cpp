@@ -9,7 +9,7 @@
 #include "preprocess/job_kinds.h"
 #include "preprocess/synth/beam_run.h"
 #include "preprocess/synth/shapes.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

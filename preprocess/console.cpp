@@ -9,11 +9,11 @@
 #include <csignal>
 #include <cstdio>
 
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
+#include "protocol/base/json_string.h"
+#include "protocol/base/utf8.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/json_string.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

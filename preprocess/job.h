@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

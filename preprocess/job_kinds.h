@@ -11,8 +11,8 @@
 
 #include "preprocess/command_line.h"
 #include "preprocess/job.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

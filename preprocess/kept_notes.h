@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "preprocess/job.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 

@@ -8,7 +8,7 @@
 #include <new>
 
 #include "preprocess/job_kinds.h"
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/storage_error.h"
 

@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "preprocess/job.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/dataset_writer.h"
 
 namespace mote::prep {

@@ -10,8 +10,8 @@
 
 #include "preprocess/job.h"
 #include "preprocess/volume/volume_shape.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/space/length_unit.h"
 
 namespace mote::prep {

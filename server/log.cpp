@@ -8,7 +8,7 @@
 
 #include <mutex>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/log/line_limit.h"
 #include "server/log/log_line.h"
 

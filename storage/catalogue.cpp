@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "protocol/base/system_error.h"
 #include "protocol/scene/dataset.h"
-#include "protocol/scene/system_error.h"
 #include "storage/files/walk_folders.h"
 #include "storage/manifest.h"
 

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/files/path_beneath.h"
 #include "storage/roots.h"

@@ -4,7 +4,7 @@
 // to count. A pure function, called in a handler.
 #pragma once
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::storage {
 

@@ -9,7 +9,7 @@
 #include <new>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/hash.h"
 
 namespace mote::storage {

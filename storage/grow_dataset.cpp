@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/json.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/json.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/real_path.h"
 #include "storage/manifest.h"

@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {

@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <memory>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 

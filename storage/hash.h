@@ -12,7 +12,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::storage {
 

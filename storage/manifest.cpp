@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/dataset_kind.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hash.h"

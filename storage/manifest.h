@@ -10,8 +10,8 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/path_beneath.h"
 
 namespace mote::storage {

@@ -14,7 +14,7 @@
 #include <set>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/files/real_path.h"
 

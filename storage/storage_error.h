@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::storage {
 

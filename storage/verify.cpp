@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/arrays/array_file.h"
 #include "storage/dataset_kind.h"
 #include "storage/files/dataset_file.h"

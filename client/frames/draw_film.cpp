@@ -15,9 +15,9 @@
 #include "client/frames/video/video_settings.h"
 #include "client/frames/video_file.h"
 #include "client/shared/script.h"
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/film/film_job.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {

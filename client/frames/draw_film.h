@@ -19,8 +19,8 @@
 #include "client/frames/picture_file.h"
 #include "client/frames/picture_server.h"
 #include "client/shared/interrupt.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/film.h"
 
 namespace mote::client {

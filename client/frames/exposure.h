@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "client/shared/decode.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/film.h"
 
 namespace mote::client {

@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "client/shared/connection.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

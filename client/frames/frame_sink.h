@@ -19,7 +19,7 @@
 
 #include "client/frames/picture_file.h"
 #include "client/shared/decode.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

@@ -14,8 +14,8 @@
 #include <sstream>
 
 #include "client/frames/picture_file.h"
-#include "protocol/scene/mote_check.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/mote_check.h"
+#include "protocol/base/system_error.h"
 #include "protocol/wire/row_filter.h"
 
 namespace mote::client {

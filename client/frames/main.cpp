@@ -15,13 +15,13 @@
 #include "client/shared/jobs.h"
 #include "client/shared/script.h"
 #include "client/shared/server_line.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/error.h"
+#include "protocol/base/json.h"
+#include "protocol/base/utf8.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film/film_job.h"
 #include "protocol/scene/film/sized_script.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {

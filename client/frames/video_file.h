@@ -21,7 +21,7 @@
 #include "client/frames/frame_store.h"
 #include "client/frames/video/video_settings.h"
 #include "client/shared/decode.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

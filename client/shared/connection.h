@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "client/shared/decode.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

@@ -24,8 +24,8 @@
 
 #include "client/shared/connection.h"
 #include "client/shared/connection_parts.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/message_stream.h"
 #include "protocol/wire/silence.h"

@@ -6,8 +6,8 @@
 #include <asio/post.hpp>
 
 #include "client/shared/connection_impl.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "protocol/wire/framing.h"

@@ -5,10 +5,10 @@
 
 #include <utility>
 
+#include "protocol/base/mote_check.h"
+#include "protocol/base/system_error.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film/film_job.h"
-#include "protocol/scene/mote_check.h"
-#include "protocol/scene/system_error.h"
 
 namespace mote::client {
 namespace {

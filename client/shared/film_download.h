@@ -13,8 +13,8 @@
 
 #include "client/shared/connection.h"
 #include "client/shared/part_file.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

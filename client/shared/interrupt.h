@@ -11,8 +11,8 @@
 #include <mutex>
 #include <variant>
 
-#include "protocol/scene/complain.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "protocol/base/utf8.h"
 #include "protocol/scene/film/check_script.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {

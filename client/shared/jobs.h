@@ -8,8 +8,8 @@
 #include <string>
 
 #include "client/shared/server_line.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

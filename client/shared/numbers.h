@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "client/shared/connection.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

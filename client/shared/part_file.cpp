@@ -9,8 +9,8 @@
 #include <cerrno>
 #include <cstdio>
 
-#include "protocol/scene/json.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/json.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::client {
 namespace {

@@ -11,7 +11,7 @@
 #include <memory>
 #include <span>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <memory>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {

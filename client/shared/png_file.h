@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

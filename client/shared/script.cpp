@@ -6,10 +6,10 @@
 #include <sstream>
 #include <string_view>
 
+#include "protocol/base/json.h"
+#include "protocol/base/text_file.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/film/check_script.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/text_file.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {

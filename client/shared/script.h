@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/film_datasets.h"
 
 namespace mote::client {

@@ -19,7 +19,7 @@
 #include <system_error>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::client {
 namespace {

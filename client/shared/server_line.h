@@ -16,7 +16,7 @@
 
 #include "client/shared/connection.h"
 #include "client/shared/interrupt.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

@@ -24,15 +24,15 @@
 #include "client/stats/npy.h"
 #include "client/stats/options.h"
 #include "client/stats/statistics_text.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/error.h"
+#include "protocol/base/json.h"
+#include "protocol/base/utf8.h"
 #include "protocol/mote.pb.h"
 #include "protocol/quantity/manifest_columns.h"
 #include "protocol/quantity/statistic.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/step_range.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {

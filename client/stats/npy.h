@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/shared/part_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

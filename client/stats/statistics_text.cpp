@@ -13,7 +13,7 @@
 
 #include "client/shared/numbers.h"
 #include "client/stats/npy.h"
-#include "protocol/scene/json_string.h"
+#include "protocol/base/json_string.h"
 
 namespace mote::client {
 namespace {

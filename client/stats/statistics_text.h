@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/shared/numbers.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::client {
 namespace {

@@ -14,7 +14,7 @@
 #include <string_view>
 
 #include "client/shared/part_file.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote::client {
 namespace {

@@ -21,8 +21,8 @@
 #include "client/view/hand/named_cameras.h"
 #include "client/view/panes/links.h"
 #include "client/view/view_model.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

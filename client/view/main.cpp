@@ -18,8 +18,8 @@
 #include "client/shared/interrupt.h"
 #include "client/shared/server_line.h"
 #include "client/view/viewer.h"
+#include "protocol/base/complain.h"
 #include "protocol/cli/command.h"
-#include "protocol/scene/complain.h"
 
 namespace mote::client {
 namespace {

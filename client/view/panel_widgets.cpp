@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/fields/facts.h"
-#include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::client {

@@ -27,8 +27,8 @@
 #include "client/view/desk.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/viewer.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
 
 namespace mote::client {
 namespace {

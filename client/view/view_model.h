@@ -17,10 +17,10 @@
 
 #include "client/view/layers/layer_editor.h"
 #include "client/view/numbers/numbers_model.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/camera.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/film_datasets.h"
 
 namespace mote::client {

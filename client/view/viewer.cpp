@@ -16,8 +16,8 @@
 #include "client/shared/numbers.h"
 #include "client/view/camera_control.h"
 #include "client/view/window.h"
+#include "protocol/base/complain.h"
 #include "protocol/quantity/plot_axes.h"
-#include "protocol/scene/complain.h"
 
 namespace mote::client {
 namespace {

@@ -19,8 +19,8 @@
 #include "client/shared/script.h"
 #include "client/view/camera_control.h"
 #include "client/view/viewer.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {

@@ -35,7 +35,7 @@ Status writeScreenshot(const std::filesystem::path& path, std::span<const std::u
 #include <set>
 #include <string_view>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::client {
 namespace {

@@ -18,7 +18,7 @@
 #include "client/view/changed_parts.h"
 #include "client/view/hand/steering.h"
 #include "client/view/letters.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 struct GLFWwindow;
 

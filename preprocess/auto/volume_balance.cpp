@@ -14,7 +14,7 @@
 #include "preprocess/hybrid/volume_job.h"
 #include "preprocess/look/silent_notes.h"
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::prep {
 namespace {

@@ -16,7 +16,7 @@
 #include "preprocess/hybrid/value_range.h"
 #include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/normal_table.h"

@@ -13,7 +13,7 @@
 
 #include "preprocess/hybrid/error_pass.h"
 #include "preprocess/hybrid/low_volume.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hybrid/hybrid_file.h"
 

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::prep {

@@ -14,8 +14,8 @@
 
 #include "preprocess/job.h"
 #include "preprocess/volume/volume_source.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

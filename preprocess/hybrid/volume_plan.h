@@ -12,8 +12,8 @@
 #include <optional>
 
 #include "preprocess/volume/volume_source.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::prep {

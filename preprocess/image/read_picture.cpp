@@ -17,8 +17,8 @@
 
 #include "preprocess/image/openimageio/picture_input.h"
 #include "preprocess/load_module.h"
+#include "protocol/base/system_error.h"
 #include "protocol/scene/srgb.h"
-#include "protocol/scene/system_error.h"
 #include "storage/files/dataset_file.h"
 
 namespace mote::prep {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "preprocess/job.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/image/image_file.h"
 
 namespace mote::prep {

@@ -17,8 +17,8 @@
 #include <cstring>
 #include <exception>
 
-#include "protocol/scene/complain.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::prep {
 namespace {

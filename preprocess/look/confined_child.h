@@ -10,7 +10,7 @@
 #include <functional>
 
 #include "preprocess/console.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

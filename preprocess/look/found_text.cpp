@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "preprocess/look/found.h"
-#include "protocol/scene/json_string.h"
+#include "protocol/base/json_string.h"
 
 namespace mote::prep {
 namespace {

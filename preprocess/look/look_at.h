@@ -12,8 +12,8 @@
 
 #include "preprocess/job.h"
 #include "preprocess/look/found.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

@@ -13,8 +13,8 @@
 #include "preprocess/job.h"
 #include "preprocess/mesh/triangle_mesh.h"
 #include "preprocess/volume/volume_source.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/bounds.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "preprocess/mesh/triangle_mesh.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -8,8 +8,8 @@
 #include <filesystem>
 
 #include "preprocess/job.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

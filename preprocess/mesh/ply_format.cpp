@@ -12,7 +12,7 @@
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/mesh_text.h"
 #include "preprocess/readers/text/stored_number.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

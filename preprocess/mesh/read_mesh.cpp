@@ -8,7 +8,7 @@
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/mesh_text.h"
 #include "preprocess/readers/text/byte_source.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

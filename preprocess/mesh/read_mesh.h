@@ -10,7 +10,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/mesh/triangle_mesh.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::prep {

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "preprocess/openpmd/h5_output.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "preprocess/job.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/dataset_writer.h"
 
 namespace mote::prep {

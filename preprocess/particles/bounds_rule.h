@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "preprocess/particles/step_reader.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::prep {
 namespace {

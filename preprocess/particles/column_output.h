@@ -32,7 +32,7 @@
 #include "preprocess/particles/plot_axis.h"
 #include "preprocess/particles/record_store.h"
 #include "preprocess/readers/particle_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/writeback.h"
 #include "storage/hash.h"
 #include "storage/particles/particle_columns.h"

@@ -18,7 +18,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/particles/record_store.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/arrays/array_file.h"
 
 namespace mote::prep {

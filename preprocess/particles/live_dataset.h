@@ -22,8 +22,8 @@
 #include "preprocess/job.h"
 #include "preprocess/kept_notes.h"
 #include "preprocess/particles/particles_job.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/grow_dataset.h"
 
 namespace mote::prep {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "preprocess/particles/bounds_rule.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::prep {

@@ -14,8 +14,8 @@
 #include "preprocess/job.h"
 #include "preprocess/kept_notes.h"
 #include "preprocess/readers/particle_source.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "preprocess/readers/particle_source.h"
+#include "protocol/base/error.h"
 #include "protocol/quantity/quantity.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

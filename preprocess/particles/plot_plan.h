@@ -21,8 +21,8 @@
 #include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_reader.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/particles/step_file.h"
 
 namespace mote::prep {

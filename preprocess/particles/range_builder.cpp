@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 
 namespace mote::prep {

@@ -16,8 +16,8 @@
 #include <span>
 #include <vector>
 
-#include "protocol/scene/error.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/error.h"
+#include "protocol/base/mote_check.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::prep {

@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "preprocess/on_threads.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "storage/beam/beam_statistics.h"
 #include "storage/beam/neutral_species.h"
 

@@ -19,7 +19,7 @@
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/lost_filter.h"
 #include "preprocess/readers/particle_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "preprocess/readers/input_files.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -11,7 +11,7 @@
 
 #include "preprocess/constants.h"
 #include "preprocess/readers/particle_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -10,8 +10,8 @@
 #include "preprocess/job.h"
 #include "preprocess/readers/input_files.h"
 #include "preprocess/readers/particle_reader.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

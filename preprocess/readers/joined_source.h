@@ -16,7 +16,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/readers/particle_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "preprocess/constants.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 #include "preprocess/readers/text/number.h"
 

@@ -17,8 +17,8 @@
 #include "preprocess/job.h"
 #include "preprocess/readers/impact/number_table.h"
 #include "preprocess/readers/particle_source.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "preprocess/job.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

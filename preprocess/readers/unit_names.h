@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "preprocess/readers/field_meaning.h"
+#include "protocol/base/utf8.h"
 #include "protocol/scene/space/length_unit.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 

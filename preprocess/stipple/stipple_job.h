@@ -13,8 +13,8 @@
 
 #include "preprocess/job.h"
 #include "preprocess/stipple/thinning.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "preprocess/job.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::prep {

@@ -10,8 +10,8 @@
 
 #include "preprocess/job.h"
 #include "preprocess/synth/channel_plan.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

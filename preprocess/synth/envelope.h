@@ -12,7 +12,7 @@
 #include <cstddef>
 
 #include "preprocess/synth/fodo_channel.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

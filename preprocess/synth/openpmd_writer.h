@@ -16,7 +16,7 @@
 #include "preprocess/openpmd/h5_output.h"
 #include "preprocess/synth/channel_plan.h"
 #include "preprocess/synth/tracker.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

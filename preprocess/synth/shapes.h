@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "preprocess/readers/text/number.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -17,7 +17,7 @@
 
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/volume_shape.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

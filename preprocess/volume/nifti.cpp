@@ -15,7 +15,7 @@
 #include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

@@ -21,8 +21,8 @@
 #include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/error.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

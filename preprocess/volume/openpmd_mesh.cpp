@@ -15,7 +15,7 @@
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/hdf5/h5_numbers.h"
 #include "preprocess/readers/openpmd/layout.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/space/length_unit.h"
 
 namespace mote::prep {

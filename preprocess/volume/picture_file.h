@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "preprocess/volume/volume_shape.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

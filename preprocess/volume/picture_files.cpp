@@ -12,7 +12,7 @@
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/volume_shape.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

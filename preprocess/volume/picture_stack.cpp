@@ -20,8 +20,8 @@
 #include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_shape.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/error.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/space/length_unit.h"
 
 namespace mote::prep {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "preprocess/readers/text/number.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "preprocess/readers/half_float.h"
 #include "preprocess/readers/text/number.h"
-#include "protocol/scene/mote_check.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/mote_check.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -23,8 +23,8 @@
 #include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/error.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::prep {
 namespace {

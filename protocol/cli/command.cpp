@@ -9,7 +9,7 @@
 #include <iostream>
 #include <string_view>
 
-#include "protocol/scene/near_names.h"
+#include "protocol/base/near_names.h"
 
 namespace mote::cli {
 namespace {

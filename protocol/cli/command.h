@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace CLI {
 class App;

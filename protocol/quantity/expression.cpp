@@ -9,8 +9,8 @@
 #include <numbers>
 #include <optional>
 
+#include "protocol/base/near_names.h"
 #include "protocol/quantity/expression_kernel.h"
-#include "protocol/scene/near_names.h"
 
 namespace mote {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "protocol/scene/near_names.h"
+#include "protocol/base/near_names.h"
 
 namespace mote {
 namespace {

@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/quantity/expression.h"
 #include "protocol/quantity/known_quantity.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 

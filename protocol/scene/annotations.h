@@ -6,8 +6,8 @@
 
 #include <cstdint>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 

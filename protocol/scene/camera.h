@@ -16,9 +16,9 @@
 #include <limits>
 #include <optional>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/clip.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 

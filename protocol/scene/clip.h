@@ -14,9 +14,9 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
-#include "protocol/scene/error.h"
 
 /// Messages as values: equal where they say the same.
 namespace mote::proto {

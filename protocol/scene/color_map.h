@@ -10,7 +10,7 @@
 #include <span>
 #include <string_view>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 
 namespace mote {
 

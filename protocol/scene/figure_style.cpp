@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/base/check.h"
 #include "protocol/scene/annotations.h"
-#include "protocol/scene/check.h"
 #include "protocol/scene/length_scale.h"
 #include "protocol/scene/view.h"
 

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 

@@ -9,11 +9,11 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/clip.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/curve.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/light.h"
 #include "protocol/scene/transfer_function.h"
 

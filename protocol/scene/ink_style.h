@@ -9,9 +9,9 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/curve.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/length_scale.h"
 #include "protocol/scene/light.h"
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/field_visitor.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/selection.h"

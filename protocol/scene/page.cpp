@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/page.h"
 
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 
 namespace mote {
 

@@ -4,8 +4,8 @@
 // valid.
 #pragma once
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/length_scale.h"
 
 namespace mote {

@@ -12,10 +12,10 @@
 #include <glm/vec3.hpp>
 #include <optional>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/curve.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/length_scale.h"
 #include "protocol/scene/transfer_function.h"
 

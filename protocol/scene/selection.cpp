@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/check.h"
 #include "protocol/quantity/plot_axes.h"
 #include "protocol/quantity/quantity.h"
-#include "protocol/scene/check.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {

@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/clip.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 

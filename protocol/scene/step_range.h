@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote {
 

@@ -7,8 +7,8 @@
 
 #include <glm/vec3.hpp>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote {
 

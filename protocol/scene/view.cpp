@@ -7,10 +7,10 @@
 #include <type_traits>
 #include <utility>
 
+#include "protocol/base/utf8.h"
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
 #include "protocol/scene/layer_parts.h"
-#include "protocol/scene/utf8.h"
 #include "protocol/scene/view_message.h"
 #include "protocol/scene/write_fields.h"
 

@@ -12,11 +12,11 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/clip.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/ink_style.h"
 #include "protocol/scene/layer_parts.h"

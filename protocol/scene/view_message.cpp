@@ -9,9 +9,9 @@
 #include <optional>
 #include <string>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/field_visitor.h"
 #include "protocol/scene/layer_parts.h"
-#include "protocol/scene/mote_check.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <span>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
 
 namespace mote {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote {

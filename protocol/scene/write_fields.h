@@ -11,8 +11,8 @@
 #include <glm/vec3.hpp>
 #include <string_view>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/light.h"
 
 namespace mote {

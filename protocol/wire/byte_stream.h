@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <span>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::wire {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/framing.h"
 #include "protocol/wire/private_file.h"

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/view.h"
 
 namespace mote::wire {

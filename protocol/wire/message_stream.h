@@ -19,7 +19,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/byte_stream.h"
 #include "protocol/wire/framing.h"
 

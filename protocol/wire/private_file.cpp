@@ -8,7 +8,7 @@
 
 #include <cerrno>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::wire {
 namespace {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::wire {
 

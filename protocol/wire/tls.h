@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/byte_stream.h"
 
 namespace mote::wire {

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::wire {
 namespace {

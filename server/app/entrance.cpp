@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "protocol/wire/private_file.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/wire/tls.h"
 #include "server/app/listener.h"
 #include "server/app/server.h"

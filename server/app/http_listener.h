@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/address.h"
 #include "server/metrics/http_answer.h"
 

@@ -10,7 +10,7 @@
 #include <asio/steady_timer.hpp>
 #include <functional>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/byte_stream.h"
 #include "storage/files/file_descriptor.h"

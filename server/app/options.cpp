@@ -9,10 +9,10 @@
 #include <map>
 #include <string_view>
 
+#include "protocol/base/complain.h"
+#include "protocol/base/system_error.h"
+#include "protocol/base/utf8.h"
 #include "protocol/cli/command.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/system_error.h"
-#include "protocol/scene/utf8.h"
 #include "server/app/config_file.h"
 #include "server/app/server_option.h"
 #include "server/data/data_memory.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::server {
 

@@ -23,7 +23,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "protocol/wire/private_file.h"

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/address.h"
 #include "server/frames/render_service.h"
 #include "server/render/device.h"

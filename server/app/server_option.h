@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/app/server.h"
 
 namespace mote::server {

@@ -17,7 +17,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
 #include "server/app/options.h"
 #include "server/app/server.h"
 #include "server/app/startup_report.h"

@@ -18,9 +18,9 @@
 #include <new>
 #include <system_error>
 
+#include "protocol/base/complain.h"
+#include "protocol/base/json.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
 #include "server/log.h"
 #include "storage/files/file_descriptor.h"
 

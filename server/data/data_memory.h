@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/render/ranks/rank_steps.h"
 #include "storage/roots.h"
 

@@ -9,10 +9,10 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/base/most_recent.h"
+#include "protocol/base/near_names.h"
+#include "protocol/base/utf8.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/most_recent.h"
-#include "protocol/scene/near_names.h"
-#include "protocol/scene/utf8.h"
 #include "server/log.h"
 #include "storage/manifest.h"
 #include "storage/roots.h"

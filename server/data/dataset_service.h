@@ -18,8 +18,8 @@
 #include <string>
 #include <thread>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/data/residency.h"
 #include "server/data/step_cache.h"
 #include "server/data/step_source.h"

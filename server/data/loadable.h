@@ -12,7 +12,7 @@
 #include <typeindex>
 #include <utility>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/catalogue.h"
 
 namespace mote::server {

@@ -11,8 +11,8 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/base/most_recent.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/most_recent.h"
 
 namespace mote::server {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "protocol/scene/most_recent.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/most_recent.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/selection.h"
 #include "server/data/step_cache.h"
 #include "server/render/layers/hybrid/hybrid_load.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/scene/most_recent.h"
+#include "protocol/base/most_recent.h"
 #include "storage/manifest.h"
 #include "storage/storage_error.h"
 

@@ -12,7 +12,7 @@
 #include <mutex>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/data/loading_threads.h"
 #include "server/data/played_series.h"
 #include "storage/blocks/block_budget.h"

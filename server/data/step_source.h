@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/data/loadable.h"
 #include "storage/blocks/block_budget.h"
 #include "storage/catalogue.h"

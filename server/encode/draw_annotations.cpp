@@ -6,7 +6,7 @@
 #include <cstring>
 #include <glm/gtc/packing.hpp>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "server/figures/cairo_surface.h"
 #include "server/figures/draw_marks.h"

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/figures/marks.h"
 #include "server/render/plan/picture.h"
 

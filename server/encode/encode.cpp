@@ -8,7 +8,7 @@
 #include <memory>
 #include <new>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/wire/row_filter.h"
 
 namespace mote::server {

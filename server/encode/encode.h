@@ -9,8 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/render/plan/picture.h"
 
 struct ZSTD_CCtx_s;

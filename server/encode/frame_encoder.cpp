@@ -8,7 +8,7 @@ extern "C" {
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/wire/av_owners.h"
 #include "protocol/wire/row_filter.h"
 #include "protocol/wire/ycc.h"

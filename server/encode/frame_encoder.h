@@ -11,8 +11,8 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/encode/encode.h"
 #include "server/render/plan/picture.h"
 

@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/quantity/manifest_columns.h"
 #include "protocol/quantity/plot_axes.h"
 #include "protocol/scene/fields/facts.h"
-#include "protocol/scene/mote_check.h"
 #include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"

@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/figures/marks.h"
 
 namespace mote::server {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "server/figures/figure_sheet.h"
 #include "server/figures/plot_axis.h"

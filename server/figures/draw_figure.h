@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/figure_style.h"
 
 namespace mote::server {

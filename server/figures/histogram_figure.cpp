@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/figures/density_figure.h"
 #include "server/figures/draw_figure.h"
 #include "server/figures/figure_sheet.h"

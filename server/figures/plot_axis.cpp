@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocol/base/utf8.h"
 #include "protocol/scene/srgb.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::server {
 namespace {

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 #include "server/figures/cairo_surface.h"
 
 namespace mote::server {

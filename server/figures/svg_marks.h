@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/figures/marks.h"
 #include "server/figures/typeface.h"
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/figures/rich_text.h"
 
 namespace mote::server {

@@ -7,8 +7,8 @@
 
 #include <span>
 
-#include "protocol/scene/mote_check.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/mote_check.h"
+#include "protocol/base/utf8.h"
 #include "server/figures/embedded_fonts.h"
 
 namespace mote::server {

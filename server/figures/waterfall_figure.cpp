@@ -3,7 +3,7 @@
 // Waterfalls: a histogram of one axis over all steps, as an image whose columns are the steps.
 #include <algorithm>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/figures/density_figure.h"
 #include "server/figures/draw_figure.h"
 #include "server/figures/figure_sheet.h"

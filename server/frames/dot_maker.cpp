@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "protocol/base/most_recent.h"
 #include "protocol/scene/fields/facts.h"
-#include "protocol/scene/most_recent.h"
 #include "protocol/scene/space/picture_plane.h"
 #include "server/render/layers/stipple/surface_dots.h"
 #include "server/render/layers/stipple/tone.h"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/view.h"
 #include "server/render/layers/scene.h"
 #include "server/render/layers/stipple/photograph.h"

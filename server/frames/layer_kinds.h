@@ -9,7 +9,7 @@
 #include <functional>
 #include <memory>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/view.h"
 #include "server/data/step_source.h"
 #include "server/frames/dot_maker.h"

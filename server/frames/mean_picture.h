@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/view_parts.h"
 #include "server/frames/picture_history.h"
 #include "server/frames/picture_maker.h"

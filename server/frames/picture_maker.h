@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/data/step_source.h"
 #include "server/figures/marks.h"
 #include "server/frames/dot_maker.h"

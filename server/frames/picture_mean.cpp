@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::server {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <memory>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/data/step_source.h"
 #include "server/frames/picture_history.h"
 #include "server/frames/picture_maker.h"

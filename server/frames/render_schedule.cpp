@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/wire/framing.h"
 
 namespace mote::server {

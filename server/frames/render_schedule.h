@@ -25,7 +25,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/frames/view_task.h"
 
 namespace mote::server {

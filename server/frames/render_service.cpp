@@ -9,7 +9,7 @@
 #include <mutex>
 #include <thread>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 #include "server/encode/draw_annotations.h"
 #include "server/encode/encode.h"
 #include "server/encode/frame_encoder.h"

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/data/picture_memory.h"
 #include "server/data/step_source.h"
 #include "server/encode/frame_encoder.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/view.h"
 #include "server/data/step_source.h"
 #include "server/frames/dot_maker.h"

@@ -13,10 +13,10 @@
 #include <span>
 #include <string>
 
+#include "protocol/base/json.h"
+#include "protocol/base/system_error.h"
+#include "protocol/base/utf8.h"
 #include "protocol/scene/film/film_job.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/system_error.h"
-#include "protocol/scene/utf8.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 

@@ -12,8 +12,8 @@
 #include <span>
 #include <utility>
 
+#include "protocol/base/system_error.h"
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/system_error.h"
 #include "server/log.h"
 #include "storage/hash.h"
 

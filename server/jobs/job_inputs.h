@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/roots.h"
 
 namespace mote::server {

@@ -11,8 +11,8 @@
 #include <cmath>
 #include <utility>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/json.h"
 #include "server/jobs/uploads.h"
 #include "server/log.h"
 

@@ -22,8 +22,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/jobs/disk_work.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/job_inputs.h"

@@ -11,8 +11,8 @@
 #include <chrono>
 #include <utility>
 
+#include "protocol/base/utf8.h"
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/utf8.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/run_orders.h"
 #include "server/log.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/look/list_folder.h"
 
 namespace mote::server {

@@ -17,8 +17,8 @@
 #include <string>
 #include <thread>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/look/look_runs.h"
 #include "server/jobs/uploads.h"

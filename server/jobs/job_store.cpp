@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "protocol/scene/json.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/json.h"
+#include "protocol/base/utf8.h"
 #include "server/log.h"
 
 namespace mote::server {

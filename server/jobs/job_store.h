@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/job_request.h"
 
 struct sqlite3;

@@ -13,7 +13,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/job_environment.h"
 #include "server/jobs/process_identity.h"
 #include "server/jobs/runner.h"

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <sstream>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::server {
 namespace {

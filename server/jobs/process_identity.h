@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace asio {
 class io_context;

@@ -28,8 +28,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/system_error.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/system_error.h"
+#include "protocol/base/utf8.h"
 #include "server/jobs/job_environment.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/job_settings.h"

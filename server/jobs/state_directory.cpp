@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/job_store.h"
 

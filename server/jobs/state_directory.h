@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {

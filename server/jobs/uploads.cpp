@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/state_directory.h"
 #include "storage/files/file_descriptor.h"
 

@@ -15,8 +15,8 @@
 #include <map>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::server {
 

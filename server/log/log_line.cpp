@@ -4,8 +4,8 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "protocol/scene/json_string.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/json_string.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::server::log {
 namespace {

@@ -9,8 +9,8 @@
 #include <chrono>
 #include <cstdint>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::server {
 

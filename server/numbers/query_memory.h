@@ -11,7 +11,7 @@
 #include <memory>
 #include <mutex>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/blocks/block_budget.h"
 
 namespace mote::server {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/data/step_source.h"
 #include "server/numbers/query_memory.h"
 #include "server/numbers/selection_results.h"

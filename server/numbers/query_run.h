@@ -9,8 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/selection.h"
 #include "server/numbers/query_parts.h"
 

@@ -11,8 +11,8 @@
 #include <functional>
 #include <memory>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/numbers/query_parts.h"
 
 namespace mote::server {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "protocol/scene/most_recent.h"
+#include "protocol/base/most_recent.h"
 #include "storage/numbers/id_set.h"
 #include "storage/numbers/select_points.h"
 #include "storage/storage_error.h"

@@ -12,7 +12,7 @@
 #include <mutex>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/selection.h"
 #include "server/numbers/query_memory.h"
 #include "storage/numbers/point_mask.h"

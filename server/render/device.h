@@ -11,7 +11,7 @@
 #include <stop_token>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
 #include "server/render/plan/quality.h"

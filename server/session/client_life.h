@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/wire/silence.h"
 #include "server/frames/view_task.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::server {
 namespace {

@@ -10,8 +10,8 @@
 #include <deque>
 #include <optional>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/encode/frame_encoder.h"
 #include "server/frames/view_task.h"
 

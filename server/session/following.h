@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/frames/view_task.h"
 
 namespace mote::server {

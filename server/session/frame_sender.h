@@ -12,8 +12,8 @@
 #include <memory>
 #include <optional>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/frames/crash_record.h"
 #include "server/frames/render_service.h"
 #include "server/session/flow_control.h"

@@ -13,8 +13,8 @@
 #include <optional>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/wire/message_stream.h"
 #include "server/session/role.h"
 

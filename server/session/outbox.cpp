@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::server {
 

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/data/held_memory.h"
 #include "server/frames/render_service.h"
 

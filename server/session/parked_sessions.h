@@ -15,8 +15,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/frames/view_task.h"
 #include "server/jobs/uploads.h"
 

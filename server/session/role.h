@@ -3,8 +3,8 @@
 // Role: what a client may do, as its token says.
 #pragma once
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::server {
 

@@ -6,7 +6,7 @@
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 #include "server/log.h"
 
 namespace mote::server {

@@ -12,8 +12,8 @@
 #include <memory>
 #include <optional>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/numbers/query_service.h"
 #include "server/session/message_account.h"
 

@@ -12,8 +12,8 @@
 #include <tuple>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/system_error.h"
+#include "protocol/base/utf8.h"
 #include "protocol/wire/private_file.h"
 #include "server/jobs/state_directory.h"
 #include "server/log.h"

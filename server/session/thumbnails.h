@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/data/step_source.h"
 #include "server/frames/crash_record.h"
 #include "server/frames/render_service.h"

@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <optional>
 
+#include "protocol/base/json.h"
+#include "protocol/base/system_error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/system_error.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hash.h"

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/arrays/hash_pass.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/blocks/mapped_file.h"

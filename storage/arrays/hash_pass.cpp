@@ -11,7 +11,7 @@
 #include <numeric>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::storage {
 

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hash.h"

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {

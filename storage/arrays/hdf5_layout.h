@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::storage {
 

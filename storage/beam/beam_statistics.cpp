@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "storage/beam/moment_sums.h"
 
 namespace mote::storage {

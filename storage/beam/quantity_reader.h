@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/quantity/quantity.h"
-#include "protocol/scene/error.h"
 #include "storage/particles/particle_columns.h"
 
 namespace mote::storage {

@@ -14,7 +14,7 @@
 #include <mutex>
 #include <vector>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/packed_file.h"
 

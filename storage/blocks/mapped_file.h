@@ -14,7 +14,7 @@
 #include <string>
 #include <utility>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/files/path_beneath.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/blocks/block_budget.h"
 #include "storage/blocks/mapped_file.h"
 

@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstdio>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/files/path_beneath.h"
 

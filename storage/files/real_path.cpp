@@ -9,7 +9,7 @@
 
 #include <cerrno>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::storage {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {

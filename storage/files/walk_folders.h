@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::storage {
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <future>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::storage {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/dataset_kind.h"
 #include "storage/hybrid/hybrid_limits.h"
 

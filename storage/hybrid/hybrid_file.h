@@ -12,8 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/arrays/array_file.h"
 #include "storage/files/path_beneath.h"
 #include "storage/hybrid/hybrid_limits.h"

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/hybrid/hybrid_limits.h"
 

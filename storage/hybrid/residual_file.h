@@ -10,8 +10,8 @@
 #include <span>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/path_beneath.h"
 #include "storage/hybrid/hybrid_limits.h"
 

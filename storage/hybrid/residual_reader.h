@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {

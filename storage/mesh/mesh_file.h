@@ -7,8 +7,8 @@
 
 #include <filesystem>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/path_beneath.h"
 #include "storage/mesh/surface_mesh.h"
 

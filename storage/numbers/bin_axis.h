@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/numbers/bin_kernel.h"
 #include "storage/numbers/point_mask.h"

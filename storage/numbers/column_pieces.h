@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/numbers/run_steps.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/base/most_recent.h"
 #include "protocol/quantity/statistic.h"
-#include "protocol/scene/most_recent.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/numbers/scan.h"
 

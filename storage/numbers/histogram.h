@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/numbers/run_steps.h"
 

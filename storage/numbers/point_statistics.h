@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/beam/beam_statistics.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/numbers/run_steps.h"
@@ -28,8 +28,8 @@ struct SlicesWanted {
     enum class Of : std::uint8_t { even, charge } of = Of::even;
 };
 
-/// Percentiles take two passes more over all values than moments do; without slices mostly one, and memory for
-/// a sample of a million points at most.
+/// Percentiles take two passes more over all values than moments do; without slices mostly one, and memory
+/// for a sample of a million points at most.
 enum class Passes { momentsAlone, percentilesToo };
 
 struct PointStatistics {

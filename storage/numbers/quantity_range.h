@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/numbers/run_steps.h"
 
 namespace mote::storage {

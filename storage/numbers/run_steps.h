@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/quantity/known_quantity.h"
-#include "protocol/scene/error.h"
 #include "storage/particles/particle_columns.h"
 #include "storage/particles/particle_step.h"
 

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/quantity/plot_axes.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/selection.h"
 #include "storage/beam/quantity_reader.h"
 #include "storage/numbers/id_set.h"

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/selection.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/numbers/run_steps.h"

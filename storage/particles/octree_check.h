@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::storage {

@@ -20,8 +20,8 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/path_beneath.h"
 #include "storage/storage_error.h"
 

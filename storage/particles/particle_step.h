@@ -21,8 +21,8 @@
 #include <span>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/log_density.h"
 #include "storage/files/path_beneath.h"
 

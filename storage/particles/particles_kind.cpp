@@ -9,10 +9,10 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/quantity/plot_axes.h"
 #include "protocol/quantity/quantity.h"
-#include "protocol/scene/error.h"
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
 #include "storage/particles/mapped_columns.h"

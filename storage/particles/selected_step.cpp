@@ -11,7 +11,7 @@
 #include <limits>
 #include <numeric>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/numbers/point_mask.h"
 #include "storage/particles/particle_step.h"
 #include "storage/step_origin.h"

@@ -8,8 +8,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "protocol/scene/json.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/json.h"
+#include "protocol/base/system_error.h"
 #include "storage/arrays/hash_pass.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/dataset_file.h"

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/hash.h"

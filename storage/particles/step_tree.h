@@ -16,7 +16,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/blocks/block_budget.h"
 #include "storage/blocks/counted_memory.h"
 #include "storage/blocks/verified_array.h"

@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/files/path_beneath.h"
 
 namespace mote::storage {

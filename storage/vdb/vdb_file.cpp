@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "protocol/scene/mote_check.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/mote_check.h"
+#include "protocol/base/system_error.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"
 

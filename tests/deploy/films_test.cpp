@@ -14,9 +14,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/film/film.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
 
 namespace mote::test {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "client/shared/connection.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote::test {
 namespace {

@@ -5,8 +5,8 @@
 #include <map>
 #include <span>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/dataset.h"
-#include "protocol/scene/json.h"
 #include "storage/dataset_kind.h"
 #include "storage/dataset_writer.h"
 #include "storage/hash.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cmath>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film/film.h"
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::test {
 namespace {

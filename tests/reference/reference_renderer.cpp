@@ -10,7 +10,7 @@
 #include <limits>
 #include <span>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "server/render/layers/particles/lower_particles.h"
 #include "tests/reference/hybrid_field.h"

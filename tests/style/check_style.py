@@ -29,7 +29,7 @@ SMALL_HEADER = 60
 # What does not keep these rules yet: how often at most. These lists only shrink: a folder that keeps a rule is no longer
 # named in its list.
 CROWDED = {
-    "protocol/scene": 37, "server/render/plan": 17, "tests/views": 11,
+    "protocol/scene": 17, "server/render/plan": 17, "tests/views": 11,
 }
 SPREAD_CLASSES = {
 }
@@ -43,30 +43,32 @@ SMALL_HEADERS = {
 
 # Who may include whom among our own folders: the longest prefix of a file's path holds. None: anything.
 SCHEMA = "protocol/mote.pb.h"
+BASE = "protocol/base/"
 SCENE = "protocol/scene/"
 QUANTITY = "protocol/quantity/"
 CLI = "protocol/cli/"
 DEVICE = ("server/render/plan/", "server/render/blank_picture.h", "server/render/calibration.h",
-          "server/render/device.h", "server/render/color_finder.h", "storage/", SCENE, SCHEMA)
+          "server/render/device.h", "server/render/color_finder.h", "storage/", BASE, SCENE, SCHEMA)
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
-    SCENE: (SCENE, QUANTITY, SCHEMA, "protocol/options.pb.h"),
-    QUANTITY: (QUANTITY, SCENE, SCHEMA),
-    "storage/": ("storage/", QUANTITY, SCENE, SCHEMA),
-    CLI: (CLI, SCENE),
-    "preprocess/": ("preprocess/", "storage/", CLI, QUANTITY, SCENE, SCHEMA),
+    BASE: (BASE, SCHEMA),
+    SCENE: (BASE, SCENE, QUANTITY, SCHEMA, "protocol/options.pb.h"),
+    QUANTITY: (QUANTITY, BASE, SCENE, SCHEMA),
+    "storage/": ("storage/", QUANTITY, BASE, SCENE, SCHEMA),
+    CLI: (CLI, BASE, SCENE),
+    "preprocess/": ("preprocess/", "storage/", CLI, QUANTITY, BASE, SCENE, SCHEMA),
     "server/": ("server/", "storage/", "protocol/"),
-    "server/render/": ("server/render/", "storage/", SCENE, SCHEMA),
+    "server/render/": ("server/render/", "storage/", BASE, SCENE, SCHEMA),
     # Devices know primitives, and primitives no layers.
     "server/render/cpu/": DEVICE + ("server/render/cpu/",),
     "server/render/egl/": DEVICE + ("server/render/egl/",),
     "server/render/ranks/": DEVICE + ("server/render/cpu/", "server/render/ranks/"),
-    "server/render/plan/": ("server/render/plan/", "storage/", SCENE, SCHEMA),
-    "server/render/ink/": ("server/render/ink/", "server/render/plan/", SCENE, SCHEMA),
-    "server/render/layers/": ("server/render/layers/", "server/render/ink/", "server/render/plan/", "storage/", SCENE,
+    "server/render/plan/": ("server/render/plan/", "storage/", BASE, SCENE, SCHEMA),
+    "server/render/ink/": ("server/render/ink/", "server/render/plan/", BASE, SCENE, SCHEMA),
+    "server/render/layers/": ("server/render/layers/", "server/render/ink/", "server/render/plan/", "storage/", BASE, SCENE,
                               SCHEMA),
-    "server/figures/": ("server/figures/", QUANTITY, SCENE, SCHEMA),
-    "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", SCENE, SCHEMA),
+    "server/figures/": ("server/figures/", QUANTITY, BASE, SCENE, SCHEMA),
+    "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", BASE, SCENE, SCHEMA),
     "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/figures/", "server/log.h", "server/render/",
                        "storage/", "protocol/"),
     "client/": ("client/", "protocol/"),
@@ -82,14 +84,14 @@ ONLY_IN = [
 ]
 # Foreign headers that the given folders may not include.
 NEVER_IN = [
-    (NETWORK, "networking", ("protocol/scene/", "storage/", "preprocess/", "server/render/", "server/encode/", "server/data/")),
+    (NETWORK, "networking", ("protocol/base/", "protocol/scene/", "storage/", "preprocess/", "server/render/", "server/encode/", "server/data/")),
     (re.compile(r"(hdf5|H5|openvdb/|nanovdb/|CGAL/|mpi\.h|embree)"), "HDF5, OpenVDB, CGAL, MPI and Embree",
      ("protocol/", "client/")),
 ]
 
 # Texts of others reach the terminal through complain() alone; who draws a bar, or ends a process, says only its own.
 STDERR = re.compile(r"print\w*\(stderr\b|std::cerr")
-MAY_USE_STDERR = ("protocol/scene/complain.cpp", "protocol/scene/error.cpp", "client/frames/frame_report.cpp",
+MAY_USE_STDERR = ("protocol/base/complain.cpp", "protocol/base/error.cpp", "client/frames/frame_report.cpp",
                   "client/shared/jobs.cpp", "preprocess/console.cpp", "server/jobs/supervise/", "tests/")
 
 # Memory that is short (docs/DECISIONS.md): only who answers a large request catches that, and programs of their own.
@@ -146,7 +148,7 @@ def check_includes(path, lines):
 
 def check_calls(path, lines):
     for pattern, allowed, what in (
-        (STDERR, MAY_USE_STDERR, "stderr is written by complain() of protocol/scene/complain.h alone"),
+        (STDERR, MAY_USE_STDERR, "stderr is written by complain() of protocol/base/complain.h alone"),
         (SHORTAGE, MAY_CATCH_SHORTAGE, "who is asked for something large catches by storage/caught_error.h, others not"),
     ):
         if not path.startswith(allowed):

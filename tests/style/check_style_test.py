@@ -69,7 +69,7 @@ class Includes(unittest.TestCase):
         for path, include in [
             ("client/view/a.cpp", '"protocol/wire/frame.h"'),
             ("client/view/a.cpp", "<asio/post.hpp>"),
-            ("storage/a.cpp", '"protocol/scene/error.h"'),
+            ("storage/a.cpp", '"protocol/base/error.h"'),
             ("storage/a.cpp", '"protocol/mote.pb.h"'),
             ("storage/a.cpp", "<hdf5.h>"),
             ("preprocess/particles/a.cpp", '"storage/publish.h"'),

@@ -3,7 +3,7 @@
 
 #include <png.h>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::test {
 namespace {

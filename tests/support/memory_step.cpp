@@ -9,8 +9,8 @@
 #include <random>
 #include <tuple>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/drawn_points.h"
-#include "protocol/scene/mote_check.h"
 
 namespace mote::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/storage_error.h"
 
 namespace mote::test {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote::test {
 

@@ -12,8 +12,8 @@
 #include <iostream>
 #include <optional>
 
+#include "protocol/base/json.h"
 #include "protocol/cli/command.h"
-#include "protocol/scene/json.h"
 #include "tests/support/only_vectors.h"
 #include "tests/views/check_worker.h"
 #include "tests/views/shrinker.h"

@@ -15,7 +15,7 @@
 #include <iostream>
 #include <system_error>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote::test {
 namespace {

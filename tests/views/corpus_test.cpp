@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "tests/views/view_check.h"
 #include "tests/views/view_drawer.h"
 

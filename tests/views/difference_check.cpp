@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::test {

@@ -6,7 +6,7 @@
 
 #include <set>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 #include "tests/views/view_data.h"
 #include "tests/views/view_generator.h"

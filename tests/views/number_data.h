@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
 #include "server/render/layers/scene.h"
 #include "tests/support/memory_run.h"

@@ -3,7 +3,7 @@
 // The shrinker: what it leaves still fails and has nothing that could be left out.
 #include <gtest/gtest.h>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 #include "tests/views/shrinker.h"
 #include "tests/views/view_generator.h"

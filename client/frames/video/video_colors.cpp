@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::client {
 namespace {

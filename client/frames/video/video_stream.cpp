@@ -11,7 +11,7 @@ extern "C" {
 #include <vector>
 
 #include "client/frames/video/video_settings.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::client {
 

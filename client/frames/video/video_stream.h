@@ -15,7 +15,7 @@ extern "C" {
 #include <string>
 
 #include "client/frames/video/video_settings.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/av_owners.h"
 
 namespace mote::client {

@@ -16,8 +16,8 @@
 #include "client/shared/connection.h"
 #include "client/view/datasets/job_form.h"
 #include "client/view/datasets/list_rows.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

@@ -21,7 +21,7 @@
 #include "client/shared/part_file.h"
 #include "client/shared/png_file.h"
 #include "client/view/desk.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 

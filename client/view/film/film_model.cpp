@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "client/view/apply_edits.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {

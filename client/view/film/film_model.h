@@ -12,8 +12,8 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film/easing.h"
 #include "protocol/scene/film/steps_between.h"

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <set>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::client {
 namespace {

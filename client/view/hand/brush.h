@@ -19,9 +19,9 @@
 #include <vector>
 
 #include "client/view/over_picture.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/camera.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

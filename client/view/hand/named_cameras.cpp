@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "client/shared/part_file.h"
+#include "protocol/base/json.h"
+#include "protocol/base/utf8.h"
 #include "protocol/scene/film/camera_path.h"
 #include "protocol/scene/film/easing.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/scene/camera.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::client {

@@ -15,8 +15,8 @@
 #include "client/shared/connection.h"
 #include "client/shared/numbers.h"
 #include "client/view/numbers/histogram_view.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

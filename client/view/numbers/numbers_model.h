@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "client/view/numbers/selection_edits.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::client {
 

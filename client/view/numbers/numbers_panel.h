@@ -15,7 +15,7 @@
 #include "client/view/numbers/quantities.h"
 #include "client/view/numbers/selection_edits.h"
 #include "client/view/panel_widgets.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::client {
 

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "client/view/panel_widgets.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/fields/facts.h"
-#include "protocol/scene/mote_check.h"
 
 namespace mote::client {
 

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::web {
 

@@ -19,8 +19,8 @@
 #include <memory>
 #include <utility>
 
+#include "protocol/base/complain.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/complain.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "protocol/wire/framing.h"

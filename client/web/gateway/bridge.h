@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "client/web/gateway/access.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::web {
 

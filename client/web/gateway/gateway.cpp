@@ -32,7 +32,7 @@
 #include <variant>
 
 #include "client/web/gateway/bridge.h"
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
 
 namespace mote::web {
 namespace {

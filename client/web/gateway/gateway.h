@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "client/web/gateway/access.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/wire/address.h"
 
 namespace mote::web {

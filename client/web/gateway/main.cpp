@@ -14,8 +14,8 @@
 #include "client/shared/interrupt.h"
 #include "client/shared/server_line.h"
 #include "client/web/gateway/gateway.h"
+#include "protocol/base/error.h"
 #include "protocol/cli/command.h"
-#include "protocol/scene/error.h"
 #include "protocol/wire/connection_file.h"
 
 namespace mote::web {

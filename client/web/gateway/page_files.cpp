@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/web/gateway/gateway.h"
-#include "protocol/scene/text_file.h"
+#include "protocol/base/text_file.h"
 
 #include <fmt/format.h>
 

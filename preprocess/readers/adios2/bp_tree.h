@@ -20,7 +20,7 @@
 
 #include "preprocess/readers/adios2/bp_file.h"
 #include "preprocess/readers/hdf5/h5_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

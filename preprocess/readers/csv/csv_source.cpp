@@ -16,8 +16,8 @@
 #include "preprocess/readers/table/table_source.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/error.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -16,7 +16,7 @@
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
 #include "preprocess/readers/text/stored_number.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "preprocess/readers/hdf5/h5_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

@@ -15,7 +15,7 @@
 #include "preprocess/readers/hdf5/h5_chunks.h"
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/hdf5/h5_numbers.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::prep {

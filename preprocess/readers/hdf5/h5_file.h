@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::prep {

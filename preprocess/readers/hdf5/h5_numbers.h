@@ -14,7 +14,7 @@
 #include "preprocess/readers/adios2/bp_tree.h"
 #include "preprocess/readers/hdf5/h5_chunks.h"
 #include "preprocess/readers/hdf5/h5_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

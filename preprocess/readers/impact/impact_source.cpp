@@ -11,7 +11,7 @@
 #include "preprocess/readers/impact/number_table.h"
 #include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/series_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

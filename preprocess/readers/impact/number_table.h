@@ -13,7 +13,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/readers/text/row_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

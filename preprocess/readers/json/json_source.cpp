@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "preprocess/readers/table/held_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

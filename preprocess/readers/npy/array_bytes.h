@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "preprocess/readers/text/byte_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

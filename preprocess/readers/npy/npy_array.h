@@ -13,7 +13,7 @@
 
 #include "preprocess/readers/npy/array_bytes.h"
 #include "preprocess/readers/npy/npy_header.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

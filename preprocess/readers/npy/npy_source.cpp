@@ -19,8 +19,8 @@
 #include "preprocess/readers/table/held_source.h"
 #include "preprocess/readers/table/table_quantity.h"
 #include "preprocess/readers/text/number.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/error.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

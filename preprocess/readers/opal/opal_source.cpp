@@ -11,7 +11,7 @@
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
 #include "preprocess/readers/unit_names.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote::prep {
 namespace {

@@ -13,7 +13,7 @@
 #include "preprocess/job.h"
 #include "preprocess/readers/sdds/sdds_pages.h"
 #include "preprocess/readers/text/byte_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

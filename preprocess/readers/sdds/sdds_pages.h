@@ -13,7 +13,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/readers/sdds/sdds_header.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

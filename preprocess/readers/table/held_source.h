@@ -17,7 +17,7 @@
 #include "preprocess/readers/particle_reader.h"
 #include "preprocess/readers/table/table_source.h"
 #include "preprocess/readers/text/row_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

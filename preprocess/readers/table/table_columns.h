@@ -14,7 +14,7 @@
 
 #include "preprocess/readers/particle_source.h"
 #include "preprocess/readers/table/table_quantity.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "preprocess/readers/table/table_columns.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

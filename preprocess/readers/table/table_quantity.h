@@ -12,7 +12,7 @@
 
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/unit_names.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

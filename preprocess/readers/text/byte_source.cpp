@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <limits>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote::prep {
 namespace {

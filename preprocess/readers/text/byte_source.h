@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "preprocess/job.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

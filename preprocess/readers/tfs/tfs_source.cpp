@@ -19,7 +19,7 @@
 #include "preprocess/readers/table/held_source.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 namespace {

@@ -12,8 +12,8 @@
 #include "preprocess/job.h"
 #include "preprocess/stipple/stipple_job.h"
 #include "preprocess/stipple/surface/surface_cell.h"
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 
 namespace mote::prep {
 

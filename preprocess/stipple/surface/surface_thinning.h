@@ -9,7 +9,7 @@
 #include "preprocess/job.h"
 #include "preprocess/stipple/surface/surface_cell.h"
 #include "preprocess/stipple/thinning.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::prep {

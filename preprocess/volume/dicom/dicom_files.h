@@ -13,7 +13,7 @@
 #include "preprocess/job.h"
 #include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/volume/byte_stream.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

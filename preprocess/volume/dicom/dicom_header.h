@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "preprocess/volume/byte_stream.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -12,7 +12,7 @@
 #include "preprocess/volume/dicom/dicom_files.h"
 #include "preprocess/volume/dicom/dicom_header.h"
 #include "preprocess/volume/volume_shape.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

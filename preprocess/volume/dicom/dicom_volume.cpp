@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "preprocess/volume/dicom/dicom_pixels.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::prep {
 namespace {

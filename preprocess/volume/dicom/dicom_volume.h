@@ -26,7 +26,7 @@
 #include "preprocess/volume/dicom/dicom_header.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote::prep {
 

@@ -10,7 +10,7 @@
 #include <limits>
 #include <string>
 
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/fields/facts.h"
 

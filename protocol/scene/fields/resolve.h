@@ -9,7 +9,7 @@
 
 #include <utility>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 namespace mote {
 

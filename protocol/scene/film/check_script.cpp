@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 #include "protocol/scene/film/easing.h"
 #include "protocol/scene/view.h"
 

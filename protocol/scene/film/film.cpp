@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/film/keyframe_timeline.h"
 #include "protocol/scene/film/move_timeline.h"
-#include "protocol/scene/mote_check.h"
 
 namespace mote {
 

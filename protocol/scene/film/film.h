@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film/film_datasets.h"
 

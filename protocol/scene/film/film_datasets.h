@@ -9,9 +9,9 @@
 #include <optional>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/space/metres.h"
 #include "protocol/scene/view.h"
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <string_view>
 
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 #include "protocol/scene/film/check_script.h"
 
 namespace mote {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/film/camera_path.h"
 #include "protocol/scene/film/easing.h"
 #include "protocol/scene/film/film_datasets.h"

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/scene/camera.h"
-#include "protocol/scene/error.h"
 #include "protocol/scene/film/easing.h"
 #include "protocol/scene/film/film_datasets.h"
 #include "protocol/scene/film/steps_between.h"

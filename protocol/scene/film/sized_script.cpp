@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/film/check_script.h"
-#include "protocol/scene/mote_check.h"
 
 namespace mote {
 

@@ -7,7 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::server {
 namespace {

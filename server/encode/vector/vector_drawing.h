@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/page.h"
 #include "server/encode/vector/page_ink.h"
 #include "server/encode/vector/sight.h"

@@ -11,8 +11,8 @@
 #include <span>
 #include <string_view>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/length_scale.h"
-#include "protocol/scene/mote_check.h"
 #include "server/encode/vector/vector_drawing.h"
 #include "server/figures/cairo_surface.h"
 #include "server/figures/draw_marks.h"

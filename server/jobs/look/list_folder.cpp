@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/system_error.h"
-#include "protocol/scene/utf8.h"
+#include "protocol/base/system_error.h"
+#include "protocol/base/utf8.h"
 #include "storage/files/real_path.h"
 #include "storage/manifest.h"
 

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <string_view>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "storage/roots.h"
 
 namespace mote::server {

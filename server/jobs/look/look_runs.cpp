@@ -9,7 +9,7 @@
 #include <csignal>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/look/look_answer.h"
 #include "server/jobs/state_directory.h"

@@ -14,8 +14,8 @@
 #include <memory>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/runner.h"
 #include "storage/roots.h"

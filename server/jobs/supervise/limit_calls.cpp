@@ -18,7 +18,7 @@
 #include <span>
 #include <utility>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/supervise/call_lists.h"
 #include "server/jobs/supervise/supervise.h"
 

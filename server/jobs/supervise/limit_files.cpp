@@ -7,7 +7,7 @@
 
 #include <cerrno>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/supervise/supervise.h"
 #include "storage/files/real_path.h"
 

@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <string>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/supervise/supervise.h"
 #include "storage/files/file_descriptor.h"
 

@@ -25,8 +25,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/scene/complain.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/base/complain.h"
+#include "protocol/base/system_error.h"
 #include "server/jobs/job_environment.h"
 #include "server/jobs/supervise/supervise.h"
 #include "storage/files/file_descriptor.h"

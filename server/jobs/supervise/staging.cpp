@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <new>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 #include "storage/files/real_path.h"
 #include "storage/grow_dataset.h"
 

@@ -4,7 +4,7 @@
 #include <stop_token>
 #include <utility>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
 #include "server/render/cpu/composite/packet.h"

@@ -10,7 +10,7 @@
 #include <limits>
 #include <utility>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/values_kernel.h"
 #include "server/render/plan/in_turns.h"

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
 #include "server/render/color_finder.h"

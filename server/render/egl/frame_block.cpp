@@ -11,7 +11,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/plan/ray_map.h"
 #include "server/render/plan/screen_map.h"

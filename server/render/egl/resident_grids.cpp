@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/most_recent.h"
+#include "protocol/base/most_recent.h"
 #include "server/render/device.h"
 #include "server/render/egl/frame_block.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/layers/contrast/lower_contrast.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
 #include "server/render/layers/image/lower_image.h"

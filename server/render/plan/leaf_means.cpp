@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <span>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote::render {
 namespace {

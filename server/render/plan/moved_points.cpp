@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/plan/in_turns.h"
 #include "storage/numbers/point_places.h"
 #include "storage/particles/selected_step.h"

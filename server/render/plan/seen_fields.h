@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/scene/most_recent.h"
+#include "protocol/base/most_recent.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/field_plan.h"
 #include "server/render/plan/transfer_table.h"

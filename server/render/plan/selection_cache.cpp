@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/selection_cache.h"
 
-#include "protocol/scene/most_recent.h"
+#include "protocol/base/most_recent.h"
 #include "server/render/plan/leaf_means.h"
 
 namespace mote::render {

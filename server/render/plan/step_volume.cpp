@@ -13,7 +13,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/plan/matter/cell_grid.h"
 #include "server/render/plan/matter/leaves_by_cell.h"
 #include "server/render/plan/matter/thick_matter.h"

@@ -9,7 +9,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/render/ranks/ranks.h"
 
 namespace mote::render {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/ranks/ranks.h"
 
 namespace mote::render {

@@ -4,7 +4,7 @@
 #include <array>
 #include <bit>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/ranks/byte_stream.h"
 
 namespace mote::render {

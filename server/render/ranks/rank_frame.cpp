@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/cpu/cpu_parts.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/point_footprint.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/render/plan/grid_field.h"
 #include "storage/particles/particle_step.h"
 

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/scene/most_recent.h"
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/most_recent.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/composite/packet.h"
 #include "server/render/cpu/cpu_device.h"

@@ -12,8 +12,8 @@
 #include <cstdlib>
 #include <optional>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/drawn_points.h"
-#include "protocol/scene/json.h"
 #include "server/render/plan/octree_cell.h"
 #include "storage/dataset_writer.h"
 #include "storage/files/dataset_file.h"

@@ -10,9 +10,9 @@
 
 #include "client/shared/film_download.h"
 #include "client/shared/part_file.h"
+#include "protocol/base/json.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/film/film_job.h"
-#include "protocol/scene/json.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
 

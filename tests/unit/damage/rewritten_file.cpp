@@ -13,8 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "protocol/base/json.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/json.h"
 #include "storage/blocks/mapped_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"

@@ -6,7 +6,7 @@
 
 #include <sstream>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/selection.h"
 #include "tests/unit/jobs/job_fixture.h"
 

@@ -43,8 +43,8 @@
 #include <map>
 #include <sstream>
 
+#include "protocol/base/json.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/json.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <random>
 #include <sstream>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "tests/unit/jobs/job_fixture.h"
 
 namespace mote::server {

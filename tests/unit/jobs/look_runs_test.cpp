@@ -12,7 +12,7 @@
 #include <map>
 #include <optional>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 #include "server/jobs/look/look_answer.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "preprocess/particles/watched_files.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/grow_dataset.h"
 #include "storage/manifest.h"
 #include "storage/verify.h"

@@ -9,8 +9,8 @@
 #include <csignal>
 #include <fstream>
 
+#include "protocol/base/json.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/json.h"
 #include "storage/manifest.h"
 #include "tests/e2e/process.h"
 #include "tests/support/temp_dir.h"

@@ -12,7 +12,7 @@
 #include <set>
 
 #include "preprocess/particles/cell_plan.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"
 #include "storage/verify.h"

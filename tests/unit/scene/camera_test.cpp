@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote {
 namespace {

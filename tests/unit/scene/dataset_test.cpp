@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 namespace mote {
 namespace {

@@ -12,11 +12,11 @@
 #include <set>
 #include <vector>
 
+#include "protocol/base/json.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/fields/facts.h"
 #include "protocol/scene/fields/resolve.h"
-#include "protocol/scene/json.h"
 
 namespace mote {
 namespace {

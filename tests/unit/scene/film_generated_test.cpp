@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
 #include "tests/unit/scene/film_difference.h"

@@ -5,7 +5,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"

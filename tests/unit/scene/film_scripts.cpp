@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 #include "tests/support/any_selection.h"
 #include "tests/views/view_generator.h"

@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 #include "tests/unit/scene/film_scripts.h"
 

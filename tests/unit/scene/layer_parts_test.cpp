@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/film/layers_between.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"

@@ -7,7 +7,7 @@
 
 #include <glm/ext/matrix_transform.hpp>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/space/length_unit.h"
 #include "protocol/scene/view_message.h"
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "tests/support/any_selection.h"
 
 namespace mote::test {

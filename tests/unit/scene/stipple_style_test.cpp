@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 
 namespace mote {

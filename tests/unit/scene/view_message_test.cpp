@@ -7,8 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "protocol/base/json.h"
 #include "protocol/scene/fields/resolve.h"
-#include "protocol/scene/json.h"
 #include "tests/support/view_text.h"
 #include "tests/unit/scene/film_scripts.h"
 

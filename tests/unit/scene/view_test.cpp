@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 #include "server/session/token.h"
 
 namespace mote::server {

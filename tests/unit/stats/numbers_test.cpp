@@ -9,10 +9,10 @@
 #include <limits>
 
 #include "client/shared/numbers.h"
+#include "protocol/base/json.h"
+#include "protocol/base/json_string.h"
+#include "protocol/base/utf8.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/json.h"
-#include "protocol/scene/json_string.h"
-#include "protocol/scene/utf8.h"
 #include "tests/support/random.h"
 
 namespace mote::client {

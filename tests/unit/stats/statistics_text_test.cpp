@@ -9,8 +9,8 @@
 
 #include "client/shared/numbers.h"
 #include "client/stats/statistics_text.h"
+#include "protocol/base/json.h"
 #include "protocol/quantity/statistic.h"
-#include "protocol/scene/json.h"
 #include "tests/support/random.h"
 
 namespace mote::client {

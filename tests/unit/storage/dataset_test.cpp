@@ -11,7 +11,7 @@
 #include <iterator>
 #include <thread>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/arrays/array_file.h"
 #include "storage/catalogue.h"
 #include "storage/dataset_writer.h"

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 

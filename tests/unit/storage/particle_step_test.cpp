@@ -8,7 +8,7 @@
 #include <functional>
 #include <thread>
 
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_file.h"

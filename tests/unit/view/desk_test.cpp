@@ -18,7 +18,7 @@
 #include "client/view/commands.h"
 #include "client/view/over_picture.h"
 #include "client/view/panes/pane.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/view/panel_hand.h"
 #include "tests/views/view_generator.h"

@@ -7,9 +7,9 @@
 #include "client/view/film/film_model.h"
 #include "client/view/film/film_strip.h"
 #include "client/view/film/film_thumbnails.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/film/film.h"
 #include "protocol/scene/job_request.h"
-#include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
 #include "tests/support/random.h"
 

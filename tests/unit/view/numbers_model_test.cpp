@@ -5,7 +5,7 @@
 #include "client/view/numbers/numbers_model.h"
 #include "client/view/numbers/quantities.h"
 #include "client/view/numbers/selection_edits.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/layer_parts.h"
 #include "protocol/scene/view.h"
 #include "tests/support/any_selection.h"

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "client/view/camera_control.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/annotations.h"
-#include "protocol/scene/json.h"
 #include "tests/unit/view/panel_hand.h"
 
 namespace mote::client {

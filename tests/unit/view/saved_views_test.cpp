@@ -12,7 +12,7 @@
 #include <sstream>
 
 #include "client/view/view_model.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/view.h"
 #include "tests/unit/view/panel_hand.h"
 #include "tests/views/out_of_range.h"

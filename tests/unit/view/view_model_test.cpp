@@ -20,7 +20,7 @@
 #include "client/view/slider_values.h"
 #include "client/view/time_bar.h"
 #include "client/view/view_model.h"
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/plot_density.h"
 #include "protocol/scene/view.h"

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/render/plan/grid_field.h"
 #include "storage/hybrid/hybrid_limits.h"
 

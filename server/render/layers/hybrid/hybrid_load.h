@@ -11,9 +11,9 @@
 #include <memory>
 #include <string>
 
+#include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
-#include "protocol/scene/error.h"
 #include "server/render/plan/grid_field.h"
 #include "storage/files/path_beneath.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
 
 namespace mote::render {

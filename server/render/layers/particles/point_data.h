@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/transfer_function.h"
 #include "server/render/layers/particles/point_paths.h"
 #include "server/render/plan/point_values.h"

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "server/render/layers/particles/point_data.h"
 #include "server/render/plan/point_ways.h"
 #include "storage/numbers/run_steps.h"

@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 #include "protocol/scene/transfer_function.h"
 #include "storage/numbers/run_steps.h"
 

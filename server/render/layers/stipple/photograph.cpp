@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/fields/facts.h"
-#include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/write_fields.h"
 #include "server/render/layers/stipple/dot_cells.h"

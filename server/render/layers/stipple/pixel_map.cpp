@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/long_list.h"
 

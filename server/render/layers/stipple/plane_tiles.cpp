@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 #include "server/render/plan/in_turns.h"
 
 namespace mote::render {

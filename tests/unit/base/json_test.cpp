@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/text_file.h"
+#include "protocol/base/text_file.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <fstream>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <memory>
 #include <set>
 
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 namespace mote {
 namespace {

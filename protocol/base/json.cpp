@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/json.h"
+#include "protocol/base/json.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
@@ -17,11 +17,11 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/error.h"
+#include "protocol/base/mote_check.h"
+#include "protocol/base/near_names.h"
+#include "protocol/base/text_file.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/error.h"
-#include "protocol/scene/mote_check.h"
-#include "protocol/scene/near_names.h"
-#include "protocol/scene/text_file.h"
 
 namespace mote {
 namespace {

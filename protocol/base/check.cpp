@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/check.h"
+#include "protocol/base/check.h"
 
 #include <fmt/format.h>
 

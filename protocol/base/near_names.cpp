@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/near_names.h"
+#include "protocol/base/near_names.h"
 
 #include <algorithm>
 #include <cctype>

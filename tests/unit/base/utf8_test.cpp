@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
 
 namespace mote {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/error.h"
+#include "protocol/base/error.h"
 
 #include <fmt/format.h>
 

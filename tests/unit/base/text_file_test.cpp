@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/text_file.h"
+#include "protocol/base/text_file.h"
 
 #include <gtest/gtest.h>
 

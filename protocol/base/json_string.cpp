@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/json_string.h"
+#include "protocol/base/json_string.h"
 
 #include <fmt/format.h>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/most_recent.h"
+#include "protocol/base/most_recent.h"
 
 #include <gmock/gmock.h>
 

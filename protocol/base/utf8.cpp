@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/complain.h"
+#include "protocol/base/complain.h"
 
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <new>
 
-#include "protocol/scene/utf8.h"
+#include "protocol/base/utf8.h"
 
 namespace mote {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "protocol/scene/system_error.h"
+#include "protocol/base/system_error.h"
 
 #include <fmt/format.h>
 

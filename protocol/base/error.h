@@ -9,7 +9,7 @@
 #include <utility>
 #include <variant>
 
-#include "protocol/scene/mote_check.h"
+#include "protocol/base/mote_check.h"
 
 namespace mote {
 
