@@ -343,16 +343,23 @@ void BeamPercentiles::finishPass(Gathered gathered) {
     }
 }
 
+/// In the first pass all windows hold all: then the shares of all are known.
+std::span<const Percentiles::Bin> BeamPercentiles::binsOf(const Window& window,
+                                                          const std::vector<Bin>& bins) {
+    const auto of = std::span(bins).subspan(window.bins * binsOfWindow, binsOfWindow);
+    if (allShares_ == 0) {
+        for (const auto& bin : of) allShares_ += bin.share;
+    }
+    return of;
+}
+
 /// To the bins between which a cut lies, as far as a sample tells, and `margin_` beside it.
 void BeamPercentiles::narrowBySample(const std::vector<Bin>& bins) {
     auto next = windows_;
     for (std::size_t cut = 0; cut < cuts; ++cut) {
         if (!frames_[cut / percents.size()].defined) continue;
         const auto& window = windows_[cut];
-        const auto* const of = bins.data() + window.bins * binsOfWindow;
-        if (allShares_ == 0) {  // the first pass: all windows hold all
-            for (std::uint64_t i = 0; i < binsOfWindow; ++i) allShares_ += of[i].share;
-        }
+        const auto of = binsOf(window, bins);
         const double all = static_cast<double>(allShares_), share = percents[cut % percents.size()] / 100.0;
         std::uint64_t below = window.below, first = 0;
         const auto reached = [&](std::uint64_t bin, double wanted) {
@@ -402,10 +409,7 @@ void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
     for (std::size_t cut = 0; cut < cuts; ++cut) {
         if (!frames_[cut / percents.size()].defined) continue;
         const auto& window = windows_[cut];
-        const auto* const of = bins.data() + window.bins * binsOfWindow;
-        if (allShares_ == 0) {  // the first pass: all windows hold all
-            for (std::uint64_t i = 0; i < binsOfWindow; ++i) allShares_ += of[i].share;
-        }
+        const auto of = binsOf(window, bins);
         std::uint64_t below = window.below;
         std::uint64_t bin = 0;
         while (bin + 1 < binsOfWindow &&

@@ -170,6 +170,7 @@ class BeamPercentiles {
     void askSample(const BeamRows& rows);
     void count(const Piece& piece, std::size_t plane, Gathered& gathered) const;
     void gather(const Piece& piece, std::size_t plane, Gathered& gathered, BlockSums& sums) const;
+    std::span<const Bin> binsOf(const Window& window, const std::vector<Bin>& bins);
     void narrow(const std::vector<Bin>& bins);
     void narrowBySample(const std::vector<Bin>& bins);
     bool sampleWasRight(const Gathered& gathered);
