@@ -99,6 +99,8 @@ class JobQueue {
     /// neither), as readArtifact.
     void fetchArtifact(const proto::FetchFilm& request, ArtifactListener done);
 
+    /// After start(): with all that was left out, the state directory by its real path, the root of uploads.
+    const JobSettings& settings() const { return settings_; }
     /// The folder of clients' uploads; empty where there are none.
     const std::filesystem::path& uploads() const { return uploads_; }
     /// Removes a folder of the state directory that nobody uses any more, on a thread of the queue's; called

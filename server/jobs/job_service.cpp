@@ -2,17 +2,15 @@
 #include "server/jobs/job_service.h"
 
 #include <asio/post.hpp>
-#include <filesystem>
 #include <utility>
 
-#include "protocol/base/system_error.h"
 #include "server/jobs/look/list_folder.h"
 
 namespace mote::server {
 
 JobService::JobService(asio::io_context& home, JobSettings settings)
     : home_(home),
-      settings_(settings),
+      ownRoots_(settings.roots),
       work_(context_->get_executor()),
       queue_(*context_, std::move(settings)) {}
 
@@ -36,13 +34,8 @@ Status JobService::start(JobQueue::Listener changed) {
 
 /// Of the user's own roots: what clients upload is no folder that is listed.
 Status JobService::startLooks() {
-    MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
-    auto settings = settings_;
-    std::error_code code;
-    settings.stateDirectory = std::filesystem::canonical(settings.stateDirectory, code);
-    if (code) return systemError(code.value(), settings_.stateDirectory.string(), "cannot be looked up");
-    if (settings.supervisor.empty()) settings.supervisor = settings.prep.parent_path() / "mote-supervise";
-    looks_.emplace(*context_, std::move(settings), roots_);
+    MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(ownRoots_));
+    looks_.emplace(*context_, queue_.settings(), roots_);
     return looks_->start();
 }
 

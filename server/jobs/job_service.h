@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
@@ -72,8 +73,8 @@ class JobService {
     void tellCounts();
 
     asio::io_context& home_;
-    const JobSettings settings_;  // as given
-    storage::Roots roots_;        // after start()
+    const std::vector<std::string> ownRoots_;  // the user's, as given
+    storage::Roots roots_;                     // these, after start()
     const std::shared_ptr<asio::io_context> context_ = std::make_shared<asio::io_context>(1);
     asio::executor_work_guard<asio::io_context::executor_type> work_;
     JobQueue queue_;                 // of the thread, once that runs
