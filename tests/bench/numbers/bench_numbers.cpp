@@ -28,11 +28,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+[[noreturn]] void fail(const Error& error) {
+    fmt::print(stderr, "bench-numbers: {}\n", error.toString());
+    std::exit(1);
+}
+
 template <class T>
 T need(Result<T> result) {
-    if (result.ok()) return *std::move(result);
-    fmt::print(stderr, "bench-numbers: {}\n", result.error().toString());
-    std::exit(1);
+    if (!result.ok()) fail(result.error());
+    return *std::move(result);
 }
 
 /// Milliseconds, the least of some runs after one that brings everything into memory.
@@ -171,6 +175,8 @@ int main(int count, char** words) {
     using namespace mote;
     const std::filesystem::path directory = words[1];
     const auto manifest = std::make_shared<const proto::Manifest>(need(storage::readManifest(directory)));
+    if (!manifest->has_particles()) fail(unsupported(directory.string(), "is a dataset without particles"));
+    if (manifest->particles().columns().empty()) fail(storage::withoutColumns(directory.string()));
     const storage::DatasetSteps run(directory, manifest);
     const auto last = static_cast<std::uint32_t>(run.manifest().steps_size() - 1);
     benchStep(run, last);
