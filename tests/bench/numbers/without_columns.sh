@@ -1,4 +1,4 @@
-#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
 # Asks bench-numbers for the numbers of a plot that has none: without_columns.sh MOTE-PREP BENCH-NUMBERS.
 set -eu
 folder=$(mktemp -d)
