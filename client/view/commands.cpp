@@ -60,7 +60,7 @@ std::vector<const Command*> findCommands(const std::vector<Command>& commands, s
     for (const auto& command : commands) {
         if (holdsAll(loweredLetters(command.group + (" " + command.name)), words)) found.push_back(&command);
     }
-    std::ranges::stable_partition(found, [&](const Command* command) {
+    std::stable_partition(found.begin(), found.end(), [&](const Command* command) {
         return !words.empty() && loweredLetters(command->name).starts_with(words.front());
     });
     return found;

@@ -95,6 +95,7 @@ class PreparingProgram {
     Status start(const std::filesystem::path& program, std::vector<std::string> words) {
         const int saying = said.open(), telling = told.open();
         std::vector<char*> arguments;
+        arguments.reserve(words.size() + 1);
         for (auto& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);
         posix_spawn_file_actions_t actions;

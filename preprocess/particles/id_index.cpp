@@ -223,7 +223,7 @@ Result<bool> IdTable::write(const storage::ArrayFileWriter& file, const IdArrays
     MOTE_RETURN_IF_ERROR(inParallel(parts(), [&](std::uint64_t part) -> Status {
         if (progress.cancelled()) return wasCancelled();
         const auto of = partOf(part);
-        const auto end = std::ranges::remove(of, nothing).begin();
+        const auto end = std::remove(of.begin(), of.end(), nothing);
         return file.write(arrays.index, begin[part] * sizeof(std::uint32_t),
                           std::as_bytes(std::span(of.begin(), end)));
     }));

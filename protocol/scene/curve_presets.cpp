@@ -230,9 +230,9 @@ std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& valu
         for (auto& knot : presets.front().knots) {
             if (knot.x == surelyBone) knot.x = bones;
         }
-        std::ranges::stable_partition(presets, [best = bestOf(histogram, values, bones)](const auto& each) {
-            return each.name == best;
-        });
+        std::stable_partition(
+            presets.begin(), presets.end(),
+            [best = bestOf(histogram, values, bones)](const auto& each) { return each.name == best; });
     }
     constexpr std::array<std::uint64_t, 1> unknown{1};
     auto others = histogramPresets(histogram.empty() ? unknown : histogram, values);

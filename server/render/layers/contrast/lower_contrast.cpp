@@ -210,7 +210,7 @@ Raster<std::uint8_t> sharedBlocks(const std::vector<Participant>& all, const Blo
             }
         }
     }
-    for (auto pass = std::ceil(reach / blocks.side); pass > 0.0; pass -= 1.0) {
+    for (auto passes = static_cast<std::uint32_t>(std::ceil(reach / blocks.side)); passes > 0; --passes) {
         const auto before = seen.copy();
         for (std::uint32_t y = 0; y < blocks.height; ++y) {
             for (std::uint32_t x = 0; x < blocks.width; ++x)
