@@ -150,6 +150,7 @@ class FollowedRun {
         auto job = job_;
         if (!format_.empty()) job.set_format(format_);
         std::vector<InputFile> asked;
+        asked.reserve(files.size());
         for (const auto& file : files) asked.push_back(file.file);
         Unheard unheard(progress_);
         MOTE_ASSIGN_OR_RETURN(auto found, detectFormat(job, asked, unheard));

@@ -378,7 +378,7 @@ class Job {
             mayKeep_ -= reader.keptBytes();
             readers_[i].emplace(std::move(reader));
         }
-        const auto found = plotBounds_.find(bounded_, axes_, steps_.size());
+        auto found = plotBounds_.find(bounded_, axes_, steps_.size());
         if (!found.ok() && found.error().code == ErrorCode::notFound) return nothingToPlot();
         return found;
     }

@@ -23,7 +23,7 @@ namespace mote::prep {
 namespace {
 
 Result<Range> widenedOf(const Range& found, const PlotAxis& axis) {
-    const auto range = widened(found);
+    auto range = widened(found);
     if (range.ok()) return range;
     return Error{range.error().code, fmt::format("axis {}", axis.name()), range.error().message};
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <string_view>
@@ -91,7 +92,8 @@ void eraseDabs(proto::InkStyle& style, double radius, const glm::dvec3& place) {
         auto& region = regions[i];
         for (int k = dabsOf(region); k-- > 0;) {
             if (glm::distance(dabAt(region, k), place) > radius) continue;
-            region.mutable_dabs()->erase(region.dabs().begin() + 3 * k, region.dabs().begin() + 3 * (k + 1));
+            const auto dab = region.dabs().begin() + std::ptrdiff_t{3} * k;
+            region.mutable_dabs()->erase(dab, dab + 3);
         }
         if (region.dabs().empty()) regions.DeleteSubrange(i, 1);
     }
