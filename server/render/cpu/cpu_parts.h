@@ -10,6 +10,7 @@
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_groups.h"
 #include "server/render/cpu/resident_fields.h"
 #include "server/render/cpu/tile_points.h"
 
@@ -23,6 +24,7 @@ struct CpuParts {
     oneapi::tbb::task_arena arena;
     ResidentFields fields;
     ResidentLeaves leaves;
+    ResidentGroups groups;
     FramePoints points;
     FrameDots dots;
     FlatPoints flat;
@@ -30,6 +32,7 @@ struct CpuParts {
     void dropExpired() {
         fields.dropExpired();
         leaves.dropExpired();
+        groups.dropExpired();
     }
 };
 

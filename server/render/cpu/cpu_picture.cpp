@@ -77,7 +77,7 @@ bool CpuPicture::prepare(const std::stop_token& stop) {
     colors_ = *std::move(colors);
     if (const auto only = flatPoints(plan_, parts_.fields.of(plan_)))
         return drawFlat(plan_.points[*only], colors_[*only].get(), stop);
-    if (!points_.sort(plan_, parts_.leaves, colors_, stop)) return false;
+    if (!points_.sort(plan_, parts_.leaves, &parts_.groups, colors_, stop)) return false;
     dots_.sort(plan_, stop);
     if (stop.stop_requested()) return false;
     beginTiles();

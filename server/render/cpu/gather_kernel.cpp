@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "server/render/cpu/point_places-inl.h"
 
@@ -90,35 +91,29 @@ std::array<LevelDepth, deepestLeafLevel + 1> levelDepths(const PointMap& map) {
 }
 
 /// Places the leaves of a tile a block at a time, in `places`, and calls visit(leaf, its place in the block).
-template <bool perspective, class Visit>
+template <bool perspective, class Source, class Visit>
 HWY_INLINE void visitLeaves(const PointMap& map, const LeafPoints* leaves, std::size_t count,
-                            const PackedPosition* points, LeafPlaces& places, Visit visit) {
-    constexpr std::size_t ahead = 12;  // leaves: their points lie all over the file
+                            const Source& source, LeafPlaces& places, Visit visit) {
+    constexpr std::size_t ahead = Source::ahead;
     HWY_ALIGN std::array<LeafCell, LeafPlaces::block> cells;
     for (std::size_t begin = 0; begin < count; begin += LeafPlaces::block) {
         const std::size_t size = std::min(LeafPlaces::block, count - begin);
         for (std::size_t i = 0; i < size; ++i) cells[i] = leaves[begin + i].cell;
         placeLeaves<perspective>(map, cells.data(), size, places);
         for (std::size_t i = 0; i < size; ++i) {
-            if (begin + i + ahead < count) {
-                const PackedPosition* next = points + leaves[begin + i + ahead].begin();
-                __builtin_prefetch(next);
-                __builtin_prefetch(next + 10);
-            }
+            if (begin + i + ahead < count) source.prefetch(leaves[begin + i + ahead].begin());
             visit(leaves[begin + i], i);
         }
     }
 }
 
-/// Adds the leaves of one tile to its cells.
-template <bool perspective>
+/// Adds the leaves, or groups, of one tile to its cells.
+template <bool perspective, class Source>
 class TileGather {
   public:
-    TileGather(const PointMap& map, const PackedPosition* points, const PackedPosition* end, Tile tile,
-               TileCells& cells)
+    TileGather(const PointMap& map, const Source& source, Tile tile, TileCells& cells)
         : map_(map),
-          points_(points),
-          end_(end),
+          source_(source),
           left_(static_cast<float>(tile.column * Tile::edge)),
           top_(static_cast<float>(tile.row * Tile::edge)),
           slabs_(static_cast<float>(map.slabs())),
@@ -126,11 +121,30 @@ class TileGather {
           depths_(levelDepths(map)) {}
 
     void add(const LeafPoints* leaves, std::size_t count) {
-        visitLeaves<perspective>(map_, leaves, count, points_, block_,
-                                 [this](const LeafPoints& leaf, std::size_t i) { addLeaf(leaf, i); });
+        visitLeaves<perspective>(map_, leaves, count, source_, block_,
+                                 [this](const LeafPoints& leaf, std::size_t i) {
+                                     if constexpr (std::is_same_v<Source, LeafSource>) {
+                                         addLeaf(leaf, i);
+                                     } else {
+                                         addGroup(leaf, i);
+                                     }
+                                 });
     }
 
   private:
+    HWY_INLINE void addGroup(const LeafPoints& group, std::size_t i) {
+        // Points are rounded, by no more than this: they are to stay in the tile.
+        constexpr float margin = 1.0F / 64.0F;
+        constexpr float edge = Tile::edge;
+        const bool inside = block_.left[i] >= left_ + margin && block_.right[i] <= left_ + edge - margin &&
+                            block_.top[i] >= top_ + margin && block_.bottom[i] <= top_ + edge - margin;
+        if (inside) {
+            addEach<true>(group, i);
+        } else {
+            addEach<false>(group, i);
+        }
+    }
+
     HWY_INLINE void addLeaf(const LeafPoints& leaf, std::size_t i) {
         const LevelDepth& depth = depths_[cellLevel(leaf.cell)];
         const float middle = map_.bends(block_.origin[PointMap::rowSlab][i] + depth.toMiddle);
@@ -144,14 +158,15 @@ class TileGather {
             top + 2.0F <= top_ + Tile::edge) {
             addToFour(leaf, i, left, top, slab, middle - slab);
         } else {
-            addEach(leaf, i);
+            addEach<false>(leaf, i);
         }
     }
 
     /// As countInFour of the flat counts.
     HWY_INLINE void addToFour(const LeafPoints& leaf, std::size_t i, float left, float top, float slab,
                               float place) {
-        const Quarters quarters = countQuarters(block_, i, points_ + leaf.begin(), leaf.count(), end_);
+        const Quarters quarters =
+            countQuarters(block_, i, source_.points + leaf.begin(), leaf.count(), source_.end);
         const auto x = static_cast<std::uint32_t>(left - left_), y = static_cast<std::uint32_t>(top - top_);
         const std::uint32_t first = static_cast<std::uint32_t>(slab) * Tile::pixels;
         const auto addTo = [&](std::uint32_t column, std::uint32_t row, std::size_t count) {
@@ -165,28 +180,38 @@ class TileGather {
         addTo(x + 1, y + 1, quarters.rightBottom);
     }
 
+    /// `inside`: all lie in the tile.
+    template <bool inside>
     HWY_INLINE void addEach(const LeafPoints& leaf, std::size_t i) {
         static_assert(Tile::edge == 32 && Tile::packetEdge == 4 && Tile::pixels == 1 << 10);
-        const LeafMap<perspective> toScreen(map_, leaf.cell, block_, i);
-        const SlabRow toSlab = slabRow(map_, leaf.cell, block_, i);
+        const LeafMap<perspective> toScreen(map_, leaf.cell, block_, i, Source::scale);
+        const SlabRow toSlab = slabRow(map_, leaf.cell, block_, i, Source::scale);
         const Float zero = hn::Zero(floats), edge = hn::Set(floats, static_cast<float>(Tile::edge));
         const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs()) - 1);
         const std::size_t count = leaf.count();
         const float weight = leaf.weight();
         for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
-            const Places at = loadPlaces(points_ + leaf.begin() + k, end_);
+            const Places at = source_.load(leaf.begin() + k);
             const Projected pixel = toScreen(at);
             const Float x = hn::Sub(pixel.x, hn::Set(floats, left_)),
                         y = hn::Sub(pixel.y, hn::Set(floats, top_));
-            const Mask inX = hn::And(hn::Ge(x, zero), hn::Lt(x, edge));
-            const Mask inY = hn::And(hn::Ge(y, zero), hn::Lt(y, edge));
-            const Mask seen = hn::And(hn::And(inX, inY), hn::And(pixel.seen, hn::FirstN(floats, count - k)));
             const Float slab = hn::Min(hn::Max(toSlab(at), zero), hn::Set(floats, slabs_));
             const Int slabIndex = hn::Min(hn::ConvertTo(ints, slab), lastSlab);
             const Int cell = hn::Add(hn::ShiftLeft<10>(slabIndex),
                                      pixelIndex(hn::ConvertTo(ints, x), hn::ConvertTo(ints, y)));
-            const std::size_t hits = storePacked(ints, cell, hn::RebindMask(ints, seen), numbers_.data());
-            storePacked(floats, hn::Sub(slab, hn::ConvertTo(floats, slabIndex)), seen, places_.data());
+            const Float place = hn::Sub(slab, hn::ConvertTo(floats, slabIndex));
+            std::size_t hits = std::min(count - k, hn::Lanes(floats));
+            if constexpr (inside) {
+                hn::Store(cell, ints, numbers_.data());
+                hn::Store(place, floats, places_.data());
+            } else {
+                const Mask inX = hn::And(hn::Ge(x, zero), hn::Lt(x, edge));
+                const Mask inY = hn::And(hn::Ge(y, zero), hn::Lt(y, edge));
+                const Mask seen =
+                    hn::And(hn::And(inX, inY), hn::And(pixel.seen, hn::FirstN(floats, count - k)));
+                hits = storePacked(ints, cell, hn::RebindMask(ints, seen), numbers_.data());
+                storePacked(floats, place, seen, places_.data());
+            }
             for (std::size_t hit = 0; hit < hits; ++hit) {
                 sums_.add(static_cast<std::uint32_t>(numbers_[hit]), weight, weight * places_[hit]);
             }
@@ -194,8 +219,7 @@ class TileGather {
     }
 
     const PointMap& map_;
-    const PackedPosition* points_;
-    const PackedPosition* end_;
+    const Source source_;
     const float left_, top_;  // of the tile, pixels
     const float slabs_;
     const CellSums sums_;
@@ -205,13 +229,24 @@ class TileGather {
     HWY_ALIGN std::array<float, mostLanes> places_;
 };
 
+template <class Source>
+void gatherFrom(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
+                Tile tile, TileCells& cells) {
+    if (map.perspective) {
+        TileGather<true, Source>(map, source, tile, cells).add(leaves, count);
+    } else {
+        TileGather<false, Source>(map, source, tile, cells).add(leaves, count);
+    }
+}
+
 void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t count,
                   const PackedPosition* points, const PackedPosition* end, Tile tile, TileCells& cells) {
-    if (map.perspective) {
-        TileGather<true>(map, points, end, tile, cells).add(leaves, count);
-    } else {
-        TileGather<false>(map, points, end, tile, cells).add(leaves, count);
-    }
+    gatherFrom(map, leaves, count, LeafSource{points, end}, tile, cells);
+}
+
+void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t count,
+                   const GroupedPoint* points, Tile tile, TileCells& cells) {
+    gatherFrom(map, groups, count, GroupSource{points}, tile, cells);
 }
 
 /// Adds discs to the cells of one tile, a packet's rows at a time.
@@ -301,20 +336,19 @@ class TileDiscs {
     std::uint8_t* const touched_;
 };
 
-template <bool perspective>
-void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t count,
-                   const PackedPosition* points, const PackedPosition* end, const DiscFootprint& disc,
-                   Tile tile, TileCells& cells) {
+template <bool perspective, class Source>
+void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
+                   const DiscFootprint& disc, Tile tile, TileCells& cells) {
     const TileDiscs tileDiscs(disc, tile, cells);
     const NearBox near(tileDiscs.box(), disc.reach());
     const Float farthest = hn::Set(floats, static_cast<float>(map.slabs()));
     LeafPlaces places;
     Discs discs;
-    visitLeaves<perspective>(map, leaves, count, points, places, [&](const LeafPoints& leaf, std::size_t i) {
-        const LeafMap<perspective> toScreen(map, leaf.cell, places, i);
-        const SlabRow toSlab = slabRow(map, leaf.cell, places, i);
+    visitLeaves<perspective>(map, leaves, count, source, places, [&](const LeafPoints& leaf, std::size_t i) {
+        const LeafMap<perspective> toScreen(map, leaf.cell, places, i, Source::scale);
+        const SlabRow toSlab = slabRow(map, leaf.cell, places, i, Source::scale);
         for (std::size_t k = 0; k < leaf.count(); k += hn::Lanes(floats)) {
-            const Places at = loadPlaces(points + leaf.begin() + k, end);
+            const Places at = source.load(leaf.begin() + k);
             const Projected pixel = toScreen(at);
             const Mask seen = near(pixel, hn::FirstN(floats, leaf.count() - k));
             if (hn::AllFalse(floats, seen)) continue;
@@ -325,14 +359,25 @@ void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t co
     });
 }
 
+template <class Source>
+void gatherDiscsFrom(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
+                     const DiscFootprint& disc, Tile tile, TileCells& cells) {
+    if (map.perspective) {
+        gatherDiscsOf<true>(map, leaves, count, source, disc, tile, cells);
+    } else {
+        gatherDiscsOf<false>(map, leaves, count, source, disc, tile, cells);
+    }
+}
+
 void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t count,
                  const PackedPosition* points, const PackedPosition* end, const DiscFootprint& disc,
                  Tile tile, TileCells& cells) {
-    if (map.perspective) {
-        gatherDiscsOf<true>(map, leaves, count, points, end, disc, tile, cells);
-    } else {
-        gatherDiscsOf<false>(map, leaves, count, points, end, disc, tile, cells);
-    }
+    gatherDiscsFrom(map, leaves, count, LeafSource{points, end}, disc, tile, cells);
+}
+
+void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size_t count,
+                        const GroupedPoint* points, const DiscFootprint& disc, Tile tile, TileCells& cells) {
+    gatherDiscsFrom(map, groups, count, GroupSource{points}, disc, tile, cells);
 }
 
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
@@ -462,7 +507,9 @@ namespace mote::render {
 
 HWY_EXPORT(leafTiles);
 HWY_EXPORT(gatherPoints);
+HWY_EXPORT(gatherGrouped);
 HWY_EXPORT(gatherDiscs);
+HWY_EXPORT(gatherGroupedDiscs);
 HWY_EXPORT(gatherScreenDiscs);
 HWY_EXPORT(projectPoints);
 HWY_EXPORT(projectPreview);
@@ -482,6 +529,16 @@ void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t coun
                  const storage::PackedPosition* points, const storage::PackedPosition* end,
                  const DiscFootprint& disc, Tile tile, TileCells& cells) {
     HWY_DYNAMIC_DISPATCH(gatherDiscs)(map, leaves, count, points, end, disc, tile, cells);
+}
+
+void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t count,
+                   const GroupedPoint* points, Tile tile, TileCells& cells) {
+    HWY_DYNAMIC_DISPATCH(gatherGrouped)(map, groups, count, points, tile, cells);
+}
+
+void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size_t count,
+                        const GroupedPoint* points, const DiscFootprint& disc, Tile tile, TileCells& cells) {
+    HWY_DYNAMIC_DISPATCH(gatherGroupedDiscs)(map, groups, count, points, disc, tile, cells);
 }
 
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,

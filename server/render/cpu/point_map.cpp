@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/point_map.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "server/render/plan/screen_map.h"
 
@@ -30,6 +32,20 @@ PointMap PointMap::make(const FramePlan& plan, const PointsPlan& layer) {
         }
     }
     return map;
+}
+
+double PointMap::longestEdge() const {
+    double nearestW = corner[rowW];
+    for (const auto& side : edge) nearestW += std::min(side[rowW], 0.0);
+    if (!(nearestW > 0.0)) return std::numeric_limits<double>::infinity();
+    const double half = 0.5 * std::max(width, height);
+    double longest = 0.0;
+    for (const auto& side : edge) {
+        const double along =
+            std::max(std::abs(side[rowX]), std::abs(side[rowY])) + half * std::abs(side[rowW]);
+        longest = std::max(longest, along / nearestW);
+    }
+    return longest;
 }
 
 }  // namespace mote::render

@@ -31,6 +31,9 @@ struct PointMap {
     float nearest = 0.0F;  ///< nothing nearer is seen by a perspective eye: least w
 
     std::uint32_t slabs() const { return bends.slabs; }
+    /// No edge of the box is longer on the screen, pixels, wherever in the picture; infinite where the box
+    /// reaches behind the eye.
+    double longestEdge() const;
     static PointMap make(const FramePlan& plan, const PointsPlan& layer);
 };
 

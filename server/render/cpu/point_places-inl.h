@@ -126,6 +126,46 @@ HWY_INLINE Places loadPlaces(const PackedPosition* points, const PackedPosition*
     return loadUnguarded(points);
 }
 
+/// Where the points of leaves are read.
+struct LeafSource {
+    static constexpr float scale = 1.0F;      ///< of a step, over PointMap::step
+    static constexpr std::size_t ahead = 12;  ///< leaves: their points lie all over the file
+    const PackedPosition* points;
+    const PackedPosition* end;  ///< of what may be read
+
+    HWY_INLINE Places load(std::uint64_t begin) const { return loadPlaces(points + begin, end); }
+    HWY_INLINE void prefetch(std::uint64_t begin) const {
+        __builtin_prefetch(points + begin);
+        __builtin_prefetch(points + begin + 10);
+    }
+};
+
+/// Where those of groups are read.
+struct GroupSource {
+    static constexpr float scale = 1.0F / 32.0F;
+    static constexpr std::size_t ahead = 2;
+    const GroupedPoint* points;
+
+    HWY_INLINE Places load(std::uint64_t begin) const {
+        const hn::RebindToUnsigned<Ints> words;
+        hn::VFromD<hn::RebindToUnsigned<Ints>> low, high;
+        hn::LoadInterleaved2(words, &points[begin].low, low, high);
+        const auto last = hn::Set(words, (1U << 21) - 1);
+        const auto y = hn::Or(hn::ShiftRight<21>(low), hn::And(hn::ShiftLeft<11>(high), last));
+        return {place(hn::And(low, last)), place(y), place(hn::ShiftRight<11>(high))};
+    }
+    HWY_INLINE void prefetch(std::uint64_t begin) const {
+        for (std::size_t i = 0; i < 64; i += 8) __builtin_prefetch(points + begin + i);
+    }
+
+  private:
+    /// Steps of leaves have their origin in the middle of the first, a 65536th of the edge.
+    template <class Words>
+    HWY_INLINE static Float place(Words bits) {
+        return hn::ConvertTo(floats, hn::Sub(hn::BitCast(ints, bits), hn::Set(ints, 16)));
+    }
+};
+
 /// A row of the map for the points of one leaf.
 struct LinearRow {
     Float origin, x, y, z;
@@ -134,11 +174,12 @@ struct LinearRow {
     }
 };
 
+/// `scale`: of a step (LeafSource).
 HWY_INLINE LinearRow linearRow(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf,
-                               std::size_t row) {
+                               std::size_t row, float scale = 1.0F) {
     const auto& step = map.step[cellLevel(cell)];
-    return {hn::Set(floats, leaves.origin[row][leaf]), hn::Set(floats, step[0][row]),
-            hn::Set(floats, step[1][row]), hn::Set(floats, step[2][row])};
+    return {hn::Set(floats, leaves.origin[row][leaf]), hn::Set(floats, step[0][row] * scale),
+            hn::Set(floats, step[1][row] * scale), hn::Set(floats, step[2][row] * scale)};
 }
 
 /// The slab of one leaf's points, from the layer's first on.
@@ -159,8 +200,9 @@ struct SlabRow {
     }
 };
 
-HWY_INLINE SlabRow slabRow(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf) {
-    return {linearRow(map, cell, leaves, leaf, PointMap::rowSlab), map.bends};
+HWY_INLINE SlabRow slabRow(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf,
+                           float scale = 1.0F) {
+    return {linearRow(map, cell, leaves, leaf, PointMap::rowSlab, scale), map.bends};
 }
 
 /// The map of one leaf's points to pixels.
@@ -169,10 +211,11 @@ struct LeafMap {
     LinearRow x, y, w;
     Float nearest;
 
-    HWY_INLINE LeafMap(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf)
-        : x(linearRow(map, cell, leaves, leaf, PointMap::rowX)),
-          y(linearRow(map, cell, leaves, leaf, PointMap::rowY)),
-          w(linearRow(map, cell, leaves, leaf, PointMap::rowW)),
+    HWY_INLINE LeafMap(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf,
+                       float scale = 1.0F)
+        : x(linearRow(map, cell, leaves, leaf, PointMap::rowX, scale)),
+          y(linearRow(map, cell, leaves, leaf, PointMap::rowY, scale)),
+          w(linearRow(map, cell, leaves, leaf, PointMap::rowW, scale)),
           nearest(hn::Set(floats, map.nearest)) {}
 
     HWY_INLINE Projected operator()(const Places& places) const {

@@ -4,7 +4,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace mote::render {
 namespace {
@@ -23,16 +22,7 @@ bool PointStream::serves(const FramePlan& plan, const PointsPlan& layer, const P
     if (layer.selection->points == 0 || layer.selection->points > mostPoints) return false;
     // Sixteen steps a pixel, where the box is nearest.
     constexpr double most = 65536.0 / 16.0;
-    double nearest = map.corner[PointMap::rowW];
-    for (const auto& edge : map.edge) nearest += std::min(edge[PointMap::rowW], 0.0);
-    if (!(nearest > 0.0)) return false;
-    const double half = 0.5 * std::max(plan.width, plan.height);
-    for (const auto& edge : map.edge) {
-        const double along = std::max(std::abs(edge[PointMap::rowX]), std::abs(edge[PointMap::rowY])) +
-                             half * std::abs(edge[PointMap::rowW]);
-        if (along / nearest > most) return false;
-    }
-    return true;
+    return map.longestEdge() <= most;
 }
 
 std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,

@@ -59,7 +59,7 @@ struct TileBox {
 /// of view.
 void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, float margin, TileBox* boxes);
 
-/// A run of points of one leaf.
+/// A run of points of one leaf, or of one group.
 struct LeafPoints {
     LeafCell cell;  ///< bits from `countShift` hold the number of points
     std::uint64_t
@@ -80,6 +80,18 @@ void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t cou
                   const storage::PackedPosition* points, const storage::PackedPosition* end, Tile tile,
                   TileCells& cells);
 
+/// A point of a group (point_groups.h): its place in the group's cell, the cell's edge being 2^21, 21 bits
+/// each for x, from bit 0 of `low`, y and z, to the last bit of `high`.
+struct GroupedPoint {
+    std::uint32_t low, high;
+};
+/// Behind the last one are so many more, as vectors of them are read.
+inline constexpr std::size_t sparePoints = 16;
+
+/// gatherPoints of groups.
+void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t count,
+                   const GroupedPoint* points, Tile tile, TileCells& cells);
+
 /// A point on the screen.
 struct ScreenPoint {
     float x, y;  ///< pixels
@@ -94,6 +106,10 @@ void countScreenDiscs(const PointMap& map, const ScreenPoint* points, std::size_
 void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t count,
                  const storage::PackedPosition* points, const storage::PackedPosition* end,
                  const DiscFootprint& disc, Tile tile, TileCells& cells);
+
+/// gatherDiscs of groups.
+void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size_t count,
+                        const GroupedPoint* points, const DiscFootprint& disc, Tile tile, TileCells& cells);
 
 /// The same of points on the screen, each of weight 1.
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <numeric>
+#include <utility>
 
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/plan/long_list.h"
@@ -112,11 +113,60 @@ class LeafTiles {
     std::vector<PointRun>& verified_;
 };
 
+/// The groups of a layer that touch tiles, chunk by chunk.
+class GroupTiles {
+  public:
+    GroupTiles(const PointGroups& groups, std::vector<std::vector<DrawnLeaf>>& found)
+        : groups_(groups.groups), found_(found) {
+        found_.resize(chunks());
+    }
+
+    std::size_t chunks() const { return (groups_.size() + chunkGroups - 1) / chunkGroups; }
+
+    /// Returns the points of groups that touch a tile.
+    std::uint64_t prepare(std::size_t chunk, const PointMap& map, float margin) {
+        const std::size_t begin = chunk * chunkGroups, end = std::min(groups_.size(), begin + chunkGroups);
+        std::array<LeafCell, chunkGroups> cells;
+        std::array<TileBox, chunkGroups> boxes;
+        std::transform(groups_.begin() + static_cast<std::ptrdiff_t>(begin),
+                       groups_.begin() + static_cast<std::ptrdiff_t>(end), cells.begin(),
+                       [](const LeafPoints& group) { return group.cell; });
+        leafTiles(map, cells.data(), end - begin, margin, boxes.data());
+        found_[chunk].clear();
+        std::uint64_t drawn = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const TileBox& box = boxes[i - begin];
+            if (box.left == box.right) continue;
+            drawn += groups_[i].count();
+            found_[chunk].push_back({static_cast<std::uint32_t>(i), box});
+        }
+        return drawn;
+    }
+
+    template <class Visit>
+    void forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
+        for (const auto& [group, box] : found_[chunk]) {
+            for (std::uint32_t row = box.top; row < box.bottom; ++row) {
+                for (std::uint32_t column = box.left; column < box.right; ++column)
+                    visit(std::size_t{row} * columns + column, groups_[group]);
+            }
+        }
+    }
+
+  private:
+    static constexpr std::size_t chunkGroups = 1024;
+
+    const std::vector<LeafPoints>& groups_;
+    std::vector<std::vector<DrawnLeaf>>& found_;  // by chunk
+};
+
 }  // namespace
 
 bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-                      const PixelColors* colors, const std::stop_token& stop) {
+                      std::shared_ptr<const PointGroups> groups, const PixelColors* colors,
+                      const std::stop_token& stop) {
     colors_ = colors;
+    groups_ = std::move(groups);
     columns_ = tilesAcross(plan.width);
     tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
     map_ = PointMap::make(plan, layer);
@@ -134,9 +184,13 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
     color_ = glm::vec3(layer.look.color);
     // Not by what is found: of several processes each has its own part of the points.
     slabs_ = layer.pointsDrawn > 0 && !alone_ ? map_->slabs() : 0;
-    const bool stream = PointStream::serves(plan, layer, *map_);
+    const bool stream = !groups_ && PointStream::serves(plan, layer, *map_);
     const PreviewBlocks blocks = stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer);
-    sortLeaves(layer, stream ? std::span<const LeafCell>() : cells, stop);
+    if (groups_) {
+        sortGroups(stop);
+    } else {
+        sortLeaves(layer, stream ? std::span<const LeafCell>() : cells, stop);
+    }
     sortDiscs(discs_ ? blocks : PreviewBlocks(std::span<const storage::PreviewPoint>()), stop);
     sortPixels(discs_ ? PreviewBlocks(std::span<const storage::PreviewPoint>()) : blocks, stop);
     return !stop.stop_requested();
@@ -153,6 +207,17 @@ void TilePoints::sortLeaves(const PointsPlan& layer, std::span<const LeafCell> c
         tiles_, leafTiles.chunks(), stop,
         [&](std::size_t chunk) { drawn += leafTiles.prepare(chunk, *map_, reach()); },
         [&](std::size_t chunk, auto visit) { leafTiles.forEach(chunk, columns_, visit); });
+    pointsDrawn_ += drawn;
+}
+
+void TilePoints::sortGroups(const std::stop_token& stop) {
+    verified_.clear();
+    GroupTiles groupTiles(*groups_, drawnLeaves_);
+    std::atomic<std::uint64_t> drawn{0};
+    leaves_.fill(
+        tiles_, groupTiles.chunks(), stop,
+        [&](std::size_t chunk) { drawn += groupTiles.prepare(chunk, *map_, reach()); },
+        [&](std::size_t chunk, auto visit) { groupTiles.forEach(chunk, columns_, visit); });
     pointsDrawn_ += drawn;
 }
 
@@ -212,7 +277,11 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
     if (alone_) return;
     const auto leaves = leaves_.of(index(tile));
     const auto discs = discPoints_.of(index(tile));
-    if (discs_) {
+    if (discs_ && groups_) {
+        gatherGroupedDiscs(*map_, leaves.data(), leaves.size(), groups_->points.data(), *discs_, tile, cells);
+    } else if (groups_) {
+        gatherGrouped(*map_, leaves.data(), leaves.size(), groups_->points.data(), tile, cells);
+    } else if (discs_) {
         gatherDiscs(*map_, leaves.data(), leaves.size(), points_, end_, *discs_, tile, cells);
         gatherScreenDiscs(discs.data(), discs.size(), *discs_, tile, cells);
     } else {
@@ -262,13 +331,19 @@ std::uint64_t TilePoints::bytes() const {
            pointTiles_.capacity() * sizeof(std::uint32_t) + unsorted_.capacity() * sizeof(TilePoint);
 }
 
-bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const FrameColors& colors,
-                       const std::stop_token& stop) {
+bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, ResidentGroups* groups,
+                       const FrameColors& colors, const std::stop_token& stop) {
     layers_.resize(plan.points.size());
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const PointsPlan& layer = plan.points[i];
         const auto cells = leaves.of(layer.step).upTo(*layer.step, layer.selection->drawn.size());
-        if (!layers_[i].sort(plan, layer, cells, colors[i].get(), stop)) return false;
+        std::shared_ptr<const PointGroups> grouped;
+        if (groups != nullptr && !standAlone(plan, layer) &&
+            PointGroups::serve(plan, layer, PointMap::make(plan, layer))) {
+            grouped = groups->of(layer, cells, stop);
+            if (grouped == nullptr) return false;
+        }
+        if (!layers_[i].sort(plan, layer, cells, std::move(grouped), colors[i].get(), stop)) return false;
     }
     return true;
 }

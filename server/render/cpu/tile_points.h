@@ -8,6 +8,7 @@
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -15,6 +16,7 @@
 
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_footprint.h"
+#include "server/render/cpu/point_groups.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/points_kernel.h"
@@ -48,9 +50,11 @@ class TilePoints {
   public:
     /// Sorts what the plan selects, on all threads of the calling arena, in turns (plan/in_turns.h). False
     /// where `stop` was requested meanwhile. Throws storage::StorageError. The step must outlive what
-    /// follows.
+    /// follows. `groups`: if some serve the layer (PointGroups::serve), they are drawn in place of its
+    /// leaves.
     bool sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-              const PixelColors* colors, const std::stop_token& stop);
+              std::shared_ptr<const PointGroups> groups, const PixelColors* colors,
+              const std::stop_token& stop);
 
     /// Whether each point is drawn where it stands (standAlone) and none has a cell.
     bool alone() const { return alone_; }
@@ -78,6 +82,7 @@ class TilePoints {
     std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
     float reach() const { return discs_ ? discs_->reach() : 0.0F; }
     void sortLeaves(const PointsPlan& layer, std::span<const LeafCell> cells, const std::stop_token& stop);
+    void sortGroups(const std::stop_token& stop);
     void sortDiscs(const PreviewBlocks& blocks, const std::stop_token& stop);
     void sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop);
     template <class Visit>
@@ -95,7 +100,8 @@ class TilePoints {
     std::optional<DiscFootprint> discs_;
     std::uint32_t columns_ = 0;  // of tiles
     std::size_t tiles_ = 0;
-    TileLists<LeafPoints> leaves_;
+    std::shared_ptr<const PointGroups> groups_;  // in place of leaves; null: none
+    TileLists<LeafPoints> leaves_;               // or groups
     TileLists<ScreenPoint> discPoints_;
     TileLists<TilePoint> pixelPoints_;
     std::vector<PointRun> verified_;  // of the leaves that are drawn
@@ -114,9 +120,10 @@ class TilePoints {
 /// device, its memory reused from picture to picture.
 class FramePoints {
   public:
-    /// As TilePoints::sort, for each layer. `colors` outlive what follows.
-    bool sort(const FramePlan& plan, ResidentLeaves& leaves, const FrameColors& colors,
-              const std::stop_token& stop);
+    /// As TilePoints::sort, for each layer. `colors` outlive what follows. `groups`: null where not all of
+    /// the points are drawn here.
+    bool sort(const FramePlan& plan, ResidentLeaves& leaves, ResidentGroups* groups,
+              const FrameColors& colors, const std::stop_token& stop);
 
     /// Whether any layer may have cells in a tile.
     bool any(Tile tile) const;

@@ -203,7 +203,7 @@ std::uint64_t SharedPicture::bytes() const {
 void SharedPicture::sort(const std::stop_token& stop) {
     const StopRelay relay(ranks_, order_.number, stop);
     parts_.arena.execute([&] {
-        parts_.points.sort(plan_, parts_.leaves, order_.colors, relay.token());
+        parts_.points.sort(plan_, parts_.leaves, nullptr, order_.colors, relay.token());
         parts_.dots.sort(plan_, relay.token());
     });
     picture_ = {.width = plan_.width, .height = plan_.height, .format = order_.format, .pixels = {}};

@@ -6,12 +6,14 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
 
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/point_footprint.h"
+#include "server/render/cpu/point_groups.h"
 #include "server/render/cpu/tile_points.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/octree_cell.h"
@@ -119,12 +121,16 @@ struct Gathered {
     double depth = 0.0;
 };
 
-Gathered gather(const FramePlan& plan) {
+/// What points are gathered from.
+enum class From { leaves, groups };
+
+Gathered gather(const FramePlan& plan, From from = From::leaves) {
     LeafCells leafCells;
     TilePoints points;
     const PointsPlan& layer = plan.points.at(0);
-    EXPECT_TRUE(
-        points.sort(plan, layer, leafCells.upTo(*layer.step, layer.selection->drawn.size()), nullptr, {}));
+    const auto leaves = leafCells.upTo(*layer.step, layer.selection->drawn.size());
+    const auto groups = from == From::groups ? groupPoints(layer, leaves, {}) : nullptr;
+    EXPECT_TRUE(points.sort(plan, layer, leaves, groups, nullptr, {}));
     Gathered sums{std::vector<double>(std::size_t{plan.width} * plan.height, 0.0)};
     TileCells cells(plan.slabs);
     for (std::uint32_t row = 0; row < tilesAcross(plan.height); ++row) {
@@ -189,21 +195,24 @@ TEST_P(CpuPointsTest, GatheredCellsHoldThePlainPoints) {
     for (const auto* camera : cameras) {
         const auto plan = makeFramePlan(scene(camera), {.slabs = 24});
         const auto expected = plainCounts(plan);
-        const auto gathered = gather(plan);
-        EXPECT_LE(distance(gathered.weight, expected), allowance(expected)) << camera;
         double depth = 0.0;
         for (const auto& point : plainPoints(plan)) depth += inPicture(plan, point) ? point.slab : 0.0;
-        // Points that change their pixel at the picture's edge take their depth with them.
-        EXPECT_NEAR(gathered.depth, depth, plan.slabs * allowance(expected)) << camera;
+        for (const From from : {From::leaves, From::groups}) {
+            const auto gathered = gather(plan, from);
+            EXPECT_LE(distance(gathered.weight, expected), allowance(expected)) << camera;
+            // Points that change their pixel at the picture's edge take their depth with them.
+            EXPECT_NEAR(gathered.depth, depth, plan.slabs * allowance(expected)) << camera;
+        }
     }
 }
 
 TEST_P(CpuPointsTest, DiscsAreSpreadAlikeFlatAndInTiles) {
-    for (const auto* camera : cameras) {
+    for (std::size_t way = 0; way < 2 * std::size(cameras); ++way) {
+        const auto* const camera = cameras[way / 2];
         const auto plan =
             makeFramePlan(scene(camera, faint + std::string(", 'sizePixels': 4.5")), {.slabs = 8});
         const auto flat = flatCounts(plan);
-        const auto gathered = gather(plan);
+        const auto gathered = gather(plan, way % 2 == 0 ? From::leaves : From::groups);
         for (std::size_t i = 0; i < flat.size(); ++i) {
             // Each of the discs that meet in a pixel is rounded to a 256th there; some 16 pixels a disc.
             const double each = gathered.weight[i];
@@ -366,11 +375,13 @@ TEST(CpuPoints, EveryKindOfVectorsCountsTheSame) {
         const auto plan = makeFramePlan(scene(camera, faint), {.slabs = 24});
         hwy::SetSupportedTargetsForTest(targets.front());
         const auto flat = flatCounts(plan);
-        const auto gathered = gather(plan);
+        const auto gathered = gather(plan), grouped = gather(plan, From::groups);
         for (const std::int64_t target : targets) {
             hwy::SetSupportedTargetsForTest(target);
             EXPECT_EQ(flatCounts(plan), flat) << camera << ", " << hwy::TargetName(target);
             EXPECT_EQ(gather(plan).weight, gathered.weight) << camera << ", " << hwy::TargetName(target);
+            EXPECT_EQ(gather(plan, From::groups).weight, grouped.weight)
+                << camera << ", " << hwy::TargetName(target);
         }
     }
     hwy::SetSupportedTargetsForTest(0);
@@ -383,8 +394,10 @@ TEST(CpuPoints, AnyNumberOfThreadsCountsTheSame) {
     for (const auto& each : {plan, discs}) {
         EXPECT_EQ(one.execute([&] { return pictureOf(each, flatPoints(each)); }),
                   four.execute([&] { return pictureOf(each, flatPoints(each)); }));
-        EXPECT_EQ(one.execute([&] { return gather(each).weight; }),
-                  four.execute([&] { return gather(each).weight; }));
+        for (const From from : {From::leaves, From::groups}) {
+            EXPECT_EQ(one.execute([&] { return gather(each, from).weight; }),
+                      four.execute([&] { return gather(each, from).weight; }));
+        }
     }
 }
 
@@ -396,7 +409,96 @@ TEST(CpuPoints, AStoppedPictureSaysSo) {
     const auto& layer = plan.points[0];
     const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
     EXPECT_FALSE(FlatPoints().draw(plan, layer, span, nullptr, PixelFormat::srgb8, source.get_token()));
-    EXPECT_FALSE(TilePoints().sort(plan, layer, span, nullptr, source.get_token()));
+    EXPECT_FALSE(TilePoints().sort(plan, layer, span, nullptr, nullptr, source.get_token()));
+    EXPECT_EQ(groupPoints(layer, span, source.get_token()), nullptr);
+}
+
+using Places = std::vector<std::array<double, 3>>;
+
+/// The places of a layer's points in its box, in order.
+Places boxPlaces(const PointsPlan& layer) {
+    const auto leaves = layer.step->leaves();
+    const auto nodes = layer.step->nodes();
+    Places places;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        const double edge = std::ldexp(1.0, -nodes.level[leaves.node[i]]);
+        const glm::dvec3 cell(cellPlace(nodes.morton[leaves.node[i]]));
+        for (const auto& p : layer.step->positions(leaves.pointBegin[i], layer.drawn(i))) {
+            const glm::dvec3 at = edge * (cell + (glm::dvec3(p.x, p.y, p.z) + 0.5) / 65536.0);
+            places.push_back({at.x, at.y, at.z});
+        }
+    }
+    std::sort(places.begin(), places.end());
+    return places;
+}
+
+/// Those that groups tell.
+Places boxPlaces(const PointGroups& groups) {
+    Places places;
+    for (const LeafPoints& group : groups.groups) {
+        const double edge = std::ldexp(1.0, -static_cast<int>(cellLevel(group.cell)));
+        const glm::dvec3 cell(cellX(group.cell), cellY(group.cell), cellZ(group.cell));
+        for (std::uint32_t i = 0; i < group.count(); ++i) {
+            const GroupedPoint& p = groups.points[group.begin() + i];
+            const glm::uvec3 step(p.low & 0x1fffff, p.low >> 21 | (p.high & 0x3ff) << 11, p.high >> 11);
+            const glm::dvec3 at = edge * (cell + glm::dvec3(step) / 2097152.0);
+            places.push_back({at.x, at.y, at.z});
+        }
+    }
+    std::sort(places.begin(), places.end());
+    return places;
+}
+
+TEST(PointGroups, TellEachPointOnceAndExactly) {
+    // Leaves of a point are as deep as they may be; of many there are more than a run has.
+    const auto beam = test::beam({.core = 30000, .halo = 6000, .filaments = 2000});
+    for (const std::uint32_t capacity : {1U, 24U, 20000U}) {
+        auto drawn = scene(cameras[0]);
+        drawn.layers[0].step = test::MemoryStep::make(beam, {.leafCapacity = capacity});
+        const auto plan = makeFramePlan(drawn, Quality::exact());
+        LeafCells cells;
+        const auto& layer = plan.points[0];
+        const auto groups = groupPoints(layer, cells.upTo(*layer.step, layer.selection->drawn.size()), {});
+        EXPECT_EQ(boxPlaces(*groups), boxPlaces(layer)) << capacity;
+        EXPECT_GE(groups->points.size(), layer.selection->points + sparePoints);
+        // Few leaves lie so far from others that they are alone.
+        if (capacity < 100) {
+            EXPECT_LT(groups->groups.size(), layer.step->leaves().size()) << capacity;
+        }
+    }
+}
+
+TEST(PointGroups, AreMadeOnceForASelection) {
+    const auto plan = makeFramePlan(scene(cameras[0]), Quality::exact());
+    auto other = plan;
+    other.points[0].selection = std::make_shared<const PointSelection>(*plan.points[0].selection);
+    LeafCells cells;
+    ResidentGroups groups;
+    const auto& layer = plan.points[0];
+    const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
+    const auto first = groups.of(layer, span, {});
+    EXPECT_EQ(groups.of(layer, span, {}), first);
+    EXPECT_NE(groups.of(other.points[0], span, {}), first);
+    EXPECT_EQ(groups.of(layer, span, {}), first);
+    std::weak_ptr<const PointGroups> kept = groups.of(other.points[0], span, {});
+    other.points[0].selection = nullptr;
+    groups.dropExpired();
+    EXPECT_TRUE(kept.expired());
+}
+
+TEST(PointGroups, ServeWhatRestsAndIsNotTooNear) {
+    const auto serve = [](const FramePlan& plan) {
+        return PointGroups::serve(plan, plan.points[0], PointMap::make(plan, plan.points[0]));
+    };
+    EXPECT_TRUE(serve(makeFramePlan(scene(cameras[4]), Quality::exact())));
+    EXPECT_FALSE(serve(makeFramePlan(scene(cameras[4]), {.slabs = 24})));
+    // From within the box.
+    EXPECT_FALSE(serve(makeFramePlan(scene(cameras[1]), Quality::exact())));
+    auto weighed = makeFramePlan(scene(cameras[4]), Quality::exact());
+    auto selection = *weighed.points[0].selection;
+    selection.weights.resize(selection.drawn.size());
+    weighed.points[0].selection = std::make_shared<const PointSelection>(std::move(selection));
+    EXPECT_FALSE(serve(weighed));
 }
 
 TEST(DiscFootprint, CoversAsDefined) {
