@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "protocol/quantity/quantity.h"
 #include "protocol/scene/dataset.h"
@@ -32,11 +33,10 @@ constexpr int mostInputs = 4096;
 constexpr int mostBounds = 16;
 constexpr int mostColumns = 256;
 
-Status checkWord(const std::string& word, std::string field, std::size_t longest = longestWord) {
-    if (word.size() > longest)
-        return invalid(std::move(field), fmt::format("is longer than {} bytes", longest));
+Status checkWord(const std::string& word, std::string_view field, std::size_t longest = longestWord) {
+    if (word.size() > longest) return invalid(field, fmt::format("is longer than {} bytes", longest));
     for (const unsigned char c : word) {
-        if (c < 0x20 || c == 0x7f) return invalid(std::move(field), "holds a control character");
+        if (c < 0x20 || c == 0x7f) return invalid(field, "holds a control character");
     }
     return success();
 }

@@ -37,7 +37,8 @@ Status checkDensityRange(const proto::VolumeStyle& message) {
 Curve volumeCurve(const proto::VolumeStyle& message) {
     std::vector<Curve::Knot> knots;
     for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.opacity()});
-    return Curve::create(knots.empty() ? defaultVolumeKnots() : std::move(knots)).value();
+    if (knots.empty()) knots = defaultVolumeKnots();
+    return Curve::create(std::move(knots)).value();
 }
 
 /// Errors: of a curve.
