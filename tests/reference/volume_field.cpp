@@ -56,18 +56,16 @@ double filledBy(double distance) {
     return 1.0 - std::clamp((distance - 0.05) / 0.05, 0.0, 1.0);
 }
 
-/// The same of a leaf, by its first points.
-double filledOf(const storage::ParticleStep& step, std::uint64_t first, std::uint64_t count) {
+/// Of a leaf's first points: how far from the centre of its cell their middle lies, squared, in cells.
+double middleOf(const storage::ParticleStep& step, std::uint64_t first, std::uint64_t count) {
     const auto n = std::min<std::uint64_t>(count, 64);
-    if (n < 4) return 1.0;
     std::array<double, 3> off{};
     for (const auto& p : step.positions(first, n)) {
         const std::array<double, 3> at{p.x + 0.5, p.y + 0.5, p.z + 0.5};
         for (std::size_t axis = 0; axis < 3; ++axis)
             off[axis] += (at[axis] / 65536.0 - 0.5) / static_cast<double>(n);
     }
-    const double distance = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
-    return filledBy(distance - 1.0 / (4.0 * static_cast<double>(n)));
+    return off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
 }
 
 }  // namespace
@@ -113,7 +111,8 @@ std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep
              extinction,
              fraction(t),
              evennessOf(step, leaves.pointBegin[i], leaves.pointCount[i]),
-             filledOf(step, leaves.pointBegin[i], leaves.pointCount[i])});
+             middleOf(step, leaves.pointBegin[i], leaves.pointCount[i]),
+             std::min<std::uint64_t>(leaves.pointCount[i], 64)});
     }
     return found;
 }
@@ -173,7 +172,26 @@ class VolumeField::ThickCells {
         return filledBy(glm::dot(middle, middle));
     }
 
+    /// How much a leaf of that cell is filled to all sides by its points.
+    double filled(const Place& cell, const Leaf& leaf) const {
+        if (leaf.pointsSeen < 4) return 1.0;
+        const double chance = 1.0 / (4.0 * static_cast<double>(leaf.pointsSeen));
+        return filledBy(leaf.middle - (4.0 - 3.0 * rim(cell)) * chance);
+    }
+
   private:
+    /// How much a cell lies at the rim of matter, in 255ths.
+    double rim(const Place& cell) const {
+        double sum = 0.0;
+        glm::dvec3 moment(0.0);
+        forNear(cell, [&](const Weight& weight, const glm::dvec3& away) {
+            sum += weight.sum;
+            moment += weight.moment + weight.sum * away;
+        });
+        const glm::dvec3 middle = moment / sum;
+        return std::round(255.0 * std::clamp((glm::dot(middle, middle) - 0.02) / 0.06, 0.0, 1.0)) / 255.0;
+    }
+
     struct Weight {
         /// Of all, of what is as dense as any that is seen, and of what is points of thinner leaves.
         double sum = 0.0, dense = 0.0, beside = 0.0;
@@ -432,7 +450,7 @@ void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<
         const bool small = leaf.level > level_;
         const auto cell = cellOf(leaf, level);
         const double share = found->second.share(cell) * (small ? found->second.filled(cell) : 1.0);
-        const double points = std::round(255.0 * share) * leaf.evenness * leaf.filled;
+        const double points = std::round(255.0 * share) * leaf.evenness * found->second.filled(cell, leaf);
         shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(points) / 255.0;
     }
 }

@@ -45,7 +45,8 @@ class VolumeField final : public Volume {
         double density, t, extinction;      ///< t: its place in the colour map; NaN: it has none
         double points;                      ///< how much of it is points
         double evenness;                    ///< of its points in its cell, 0 to 1
-        double filled;                      ///< how much of its cell its points fill to all sides, 0 to 1
+        double middle;                      ///< of its first points, from its cell's centre, cells squared
+        std::uint64_t pointsSeen;           ///< so many
     };
 
     class ThickCells;

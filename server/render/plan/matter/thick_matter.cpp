@@ -31,6 +31,11 @@ constexpr double loneliest = 0.6, companied = 0.9;
 // one a cell is filled, from the other on it is the edge of something, which the volume would fill beyond its
 // matter. A plane through the centre leaves 1/16, a plane at a quarter 9/64.
 constexpr double centred = 0.05, lopsided = 0.1;
+// The same of a cell and those around it: up to the one it lies within matter, from the other on at its rim.
+constexpr double within = 0.02, atRim = 0.08;
+// Within matter a leaf's points lie to one side by chance: by so much more is left to it there than it is on
+// average.
+constexpr double chanceWithin = 4.0;
 
 double rise(double value, double from, double to) {
     return std::clamp((value - from) / (to - from), 0.0, 1.0);
@@ -45,6 +50,8 @@ double filled(const glm::dvec3& middle, double chance = 0.0) {
 /// How the weights of 3 x 3 x 3 cells, each at its middle, are spread, in cells.
 class Spread {
   public:
+    /// From the centre of the one in the middle.
+    glm::dvec3 middle() const { return weight_ > 0.0 ? first_ / weight_ : glm::dvec3(0.0); }
     void add(const glm::dvec3& place, double weight) {
         weight_ += weight;
         first_ += weight * place;
@@ -54,7 +61,7 @@ class Spread {
     /// 1 / (1/a + 1/b + 1/c), of the variances along the principal axes: small where one of them is.
     double harmonic() const {
         if (!(weight_ > 0.0)) return 0.0;
-        const glm::dvec3 mean = first_ / weight_, v = square_ / weight_ - mean * mean;
+        const glm::dvec3 mean = middle(), v = square_ / weight_ - mean * mean;
         const glm::dvec3 m = mixed_ / weight_ - glm::dvec3(mean.y * mean.z, mean.z * mean.x, mean.x * mean.y);
         const double determinant =
             v.x * v.y * v.z + 2.0 * m.x * m.y * m.z - v.x * m.x * m.x - v.y * m.y * m.y - v.z * m.z * m.z;
@@ -73,6 +80,16 @@ struct Look {
     double densest = std::numeric_limits<double>::infinity();  ///< a leaf counts as this dense at most
     bool edges = false;  ///< a cell that is filled on one side is less of a volume
 };
+
+/// What a leaf is by the cells that it lies in, in 255ths.
+struct LeafLook {
+    std::uint8_t volume = 255;  ///< how much of it is part of a volume
+    std::uint8_t rim = 0;       ///< how much it lies at the rim of matter
+};
+
+std::uint8_t in255ths(double share) {
+    return static_cast<std::uint8_t>(std::lround(255.0 * share));
+}
 
 /// The leaves of a step as matter in the cells of one level.
 class Matter {
@@ -96,12 +113,12 @@ class Matter {
             if (sums_[i] > 0.0) middles_[i] /= sums_[i];
     }
 
-    /// Gives the leaves whose cells these are their shares: those of levels from `first` to `last`.
-    void shareOut(unsigned first, unsigned last, std::vector<std::uint8_t>& shares) const {
-        const auto cells = sharesOfCells();
+    /// Tells of the leaves whose cells these are, those of levels from `first` to `last`.
+    void tell(unsigned first, unsigned last, std::vector<LeafLook>& looks) const {
+        const auto cells = looksOfCells();
         byCell_.forEach(grid_.level, first, last, [&](std::size_t leaf, const CellAt& at) {
             if (seen_[leaf] == 0) return;
-            grid_.forCells(at, [&](std::size_t cell, double) { shares[leaf] = cells[cell]; });
+            grid_.forCells(at, [&](std::size_t cell, double) { looks[leaf] = cells[cell]; });
         });
     }
 
@@ -123,6 +140,7 @@ class Matter {
     struct CellShare {
         double thickness = 0.0;  ///< matter spreads to all sides of it
         double company = 0.0;    ///< what is around it belongs to the volume, too
+        double rim = 0.0;        ///< there is less on one side of it
     };
 
     /// Beyond the cells matter goes on as it is.
@@ -139,25 +157,26 @@ class Matter {
             beside += beside_[at];
         }
         return {rise(spread.harmonic(), look_.thinnest, look_.thinnest + fromThinToThick),
-                rise(dense / (dense + beside), loneliest, companied)};
+                rise(dense / (dense + beside), loneliest, companied),
+                rise(glm::dot(spread.middle(), spread.middle()), within, atRim)};
     }
 
-    /// The greatest thickness in and around each cell that is shown, times its company and, where it may be
-    /// an edge, how much it is filled, in 255ths.
-    std::vector<std::uint8_t> sharesOfCells() const {
+    /// Of each cell that is shown; it is part of a volume by the greatest thickness in and around it, times
+    /// its company and, where it may be an edge, how much it is filled.
+    std::vector<LeafLook> looksOfCells() const {
         std::vector<CellShare> found(sums_.size());
         grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
             if (shown_[at] != 0) found[at] = shareOf(cell);
         });
-        std::vector<std::uint8_t> shares(found.size(), 0);
+        std::vector<LeafLook> looks(found.size());
         grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
             if (shown_[at] == 0) return;
             double most = 0.0;
             grid_.forAround(cell, [&](std::size_t near) { most = std::max(most, found[near].thickness); });
-            const double volume = most * found[at].company * (look_.edges ? filled(middles_[at]) : 1.0);
-            shares[at] = static_cast<std::uint8_t>(std::lround(255.0 * volume));
+            const double edge = look_.edges ? filled(middles_[at]) : 1.0;
+            looks[at] = {in255ths(most * found[at].company * edge), in255ths(found[at].rim)};
         });
-        return shares;
+        return looks;
     }
 
     const Look look_;
@@ -203,26 +222,33 @@ double evenness(std::span<const storage::PackedPosition> points) {
                       0.0, 1.0);
 }
 
-/// How much the cell of a leaf is filled to all sides by its points, 0 to 1.
-double filled(std::span<const storage::PackedPosition> points) {
+/// How much the cell of a leaf is filled to all sides by its points, 0 to 1. `rim`: how much it lies at one.
+double filled(std::span<const storage::PackedPosition> points, double rim) {
     if (points.size() < fewPoints) return 1.0;
     glm::dvec3 sum(0.0);
     for (const auto& p : points) sum += glm::dvec3(p.x, p.y, p.z);
     const auto count = static_cast<double>(points.size());
-    return filled((sum / count + 0.5) / 65536.0 - 0.5, 0.25 / count);
+    const double chance = 0.25 / count;  // on average
+    return filled((sum / count + 0.5) / 65536.0 - 0.5, chance * (chanceWithin + rim * (1.0 - chanceWithin)));
 }
 
-/// Lumps are no volume, wherever they lie, nor is the edge of something.
-void keepLumpsAndEdges(const storage::ParticleStep& step, const std::vector<std::uint8_t>& seen,
-                       std::vector<std::uint8_t>& shares) {
+/// In 255ths, how much of a leaf lies in the volume: lumps do not, wherever they are, nor does the edge of
+/// something.
+std::vector<std::uint8_t> sharesOf(const storage::ParticleStep& step, const std::vector<std::uint8_t>& seen,
+                                   const std::vector<LeafLook>& looks) {
+    std::vector<std::uint8_t> shares(seen.size(), 255);
     const auto leaves = step.leaves();
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t leaf) {
-        if (seen[leaf] == 0 || shares[leaf] == 0) return;
+        if (seen[leaf] == 0) return;
+        const auto [volume, rim] = looks[leaf];
+        shares[leaf] = volume;
+        if (volume == 0) return;
         const auto points =
             step.positions(leaves.pointBegin[leaf], std::min(leaves.pointCount[leaf], mostPoints));
-        const double volume = shares[leaf] * evenness(points) * filled(points);
-        shares[leaf] = static_cast<std::uint8_t>(std::lround(volume));
+        shares[leaf] =
+            static_cast<std::uint8_t>(std::lround(volume * evenness(points) * filled(points, rim / 255.0)));
     });
+    return shares;
 }
 
 using DensityByLevel = std::array<float, deepestLevel + 1>;
@@ -248,22 +274,21 @@ DensityByLevel densestSeen(const storage::Leaves& leaves, const LeavesByCell& by
 std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step, const ShownLeaves& shown,
                                       const CellGrid& grid, const glm::uvec3& low, const glm::uvec3& high) {
     const auto& seen = shown.seen;
-    std::vector<std::uint8_t> shares(seen.size(), 255);
+    std::vector<LeafLook> looks(seen.size());
     const auto leaves = step.leaves();
     const LeavesByCell byCell(step);
     const auto densest = densestSeen(leaves, byCell, seen);
     unsigned coarsest = 0;
     while (coarsest <= grid.level && !(densest[coarsest] > 0.0F)) ++coarsest;
     const Look around{.thinnest = thinnestAround, .densest = densest[grid.level]};
-    Matter(leaves, byCell, shown, grid, {.edges = true}).shareOut(grid.level + 1, deepestLevel, shares);
+    Matter(leaves, byCell, shown, grid, {.edges = true}).tell(grid.level + 1, deepestLevel, looks);
     // In cells of its own size a leaf is as thick as a cell, wherever its points lie: it is looked at in
     // larger ones.
     for (unsigned level = coarsest; level <= grid.level; ++level)
         Matter(leaves, byCell, shown, CellGrid::around(low, high, level - std::min(level, 1U)),
                level == grid.level && level >= fewestLevels ? around : Look())
-            .shareOut(level, level, shares);
-    keepLumpsAndEdges(step, seen, shares);
-    return shares;
+            .tell(level, level, looks);
+    return sharesOf(step, seen, looks);
 }
 
 }  // namespace mote::render
