@@ -181,9 +181,10 @@ std::vector<HatchStroke> Carry::hatches() const {
             // Long parts are straight, but the surface below need not be.
             const glm::dvec2 from = stroke.points[i],
                              to = stroke.points[std::min(i + 1, stroke.points.size() - 1)];
-            const double parts = std::clamp(std::ceil(glm::distance(from, to) / carriedEvery), 1.0, 4096.0);
-            for (double part = 0.0; part < parts; ++part) {
-                const glm::dvec2 at = glm::mix(from, to, part / parts);
+            const auto parts =
+                static_cast<int>(std::clamp(std::ceil(glm::distance(from, to) / carriedEvery), 1.0, 4096.0));
+            for (int part = 0; part < parts; ++part) {
+                const glm::dvec2 at = glm::mix(from, to, static_cast<double>(part) / parts);
                 const auto place = forward_({at, static_cast<double>(depth.near(at.x, at.y))});
                 bool seen = false;
                 if (std::isfinite(place.depth))

@@ -57,9 +57,10 @@ std::vector<InkLine> finely(const std::vector<InkLine>& lines) {
         InkLine fine{line.kind, {line.points.front()}, line.rank};
         for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
             const auto &from = line.points[i], &to = line.points[i + 1];
-            const double parts = std::clamp(std::ceil(lengthOf(line, i) / toldEvery), 1.0, 4096.0);
-            for (double part = 1.0; part < parts; ++part) {
-                const double share = part / parts;
+            const auto parts =
+                static_cast<int>(std::clamp(std::ceil(lengthOf(line, i) / toldEvery), 1.0, 4096.0));
+            for (int part = 1; part < parts; ++part) {
+                const double share = static_cast<double>(part) / parts;
                 fine.points.push_back(
                     {glm::mix(from.at, to.at, share), std::lerp(from.depth, to.depth, share), from.step});
             }
@@ -118,17 +119,20 @@ class Blot {
         const int right = std::min(static_cast<int>(grid.width) - 1, column + reach_);
         const int bottom = std::min(static_cast<int>(grid.height) - 1, row + reach_);
         for (int y = top; y <= bottom; ++y) {
-            const double across = drop.cover * weights_[static_cast<std::size_t>(y - row + reach_)] /
-                                  rows_[static_cast<std::size_t>(y)];
+            const double across = drop.cover * weightOf(y - row) / rows_[static_cast<std::size_t>(y)];
             const std::size_t first = grid.index(0, static_cast<std::uint32_t>(y));
             for (int x = left; x <= right; ++x)
                 take(first + static_cast<std::size_t>(x),
-                     across * weights_[static_cast<std::size_t>(x - column + reach_)] /
-                         columns_[static_cast<std::size_t>(x)]);
+                     across * weightOf(x - column) / columns_[static_cast<std::size_t>(x)]);
         }
     }
 
   private:
+    /// Of a cell that is at most `reach_` away.
+    double weightOf(int away) const {
+        const int place = reach_ + away;
+        return weights_[static_cast<std::size_t>(place)];
+    }
     /// What of the blot around each of some cells lies among them.
     std::vector<double> shares(std::uint32_t cells) const {
         std::vector<double> inside(cells);
@@ -136,7 +140,7 @@ class Blot {
         for (int at = 0; at < count; ++at) {
             const int last = std::min(reach_, count - 1 - at);
             for (int i = std::max(-reach_, -at); i <= last; ++i)
-                inside[static_cast<std::size_t>(at)] += weights_[static_cast<std::size_t>(i + reach_)];
+                inside[static_cast<std::size_t>(at)] += weightOf(i);
         }
         return inside;
     }
@@ -542,8 +546,9 @@ class ContourMaker {
         std::vector<glm::dvec2> places;
         for (std::size_t i = 0; i < corners.size(); ++i) {
             const auto &from = corners[i], &to = corners[(i + 1) % corners.size()];
-            const double parts = std::max(1.0, std::round(glm::distance(from, to)));
-            for (double part = 0.0; part < parts; ++part) places.push_back(glm::mix(from, to, part / parts));
+            const auto parts = static_cast<int>(std::max(1.0, std::round(glm::distance(from, to))));
+            for (int part = 0; part < parts; ++part)
+                places.push_back(glm::mix(from, to, static_cast<double>(part) / parts));
         }
         for (int round = 0; round < borderRounds; ++round) {
             const auto before = places;
@@ -579,8 +584,10 @@ class ContourMaker {
     }
     double nearestDepth(const glm::dvec2& at) const {
         float nearest = HUGE_VALF;
-        for (int i = 0; i < 25; ++i)
-            nearest = std::min(nearest, depth_.near(at.x + i % 5 - 2, at.y + i / 5 - 2));
+        for (int down = -2; down <= 2; ++down) {
+            for (int across = -2; across <= 2; ++across)
+                nearest = std::min(nearest, depth_.near(at.x + across, at.y + down));
+        }
         return std::isfinite(nearest) ? static_cast<double>(nearest) : 0.0;
     }
 

@@ -92,9 +92,10 @@ class Crumbs {
                    [&](std::uint32_t column, std::uint32_t row, double) { inked_.at(column, row) = 1; });
     }
     bool isAlone(const glm::dvec2& middle) const {
-        for (int i = 0; i < 9; ++i) {
-            if (inked_.near(middle.x / spacing_ + i % 3 - 1, middle.y / spacing_ + i / 3 - 1) != 0)
-                return false;
+        for (int down = -1; down <= 1; ++down) {
+            for (int across = -1; across <= 1; ++across) {
+                if (inked_.near(middle.x / spacing_ + across, middle.y / spacing_ + down) != 0) return false;
+            }
         }
         return true;
     }
@@ -333,7 +334,7 @@ class DrawingMaker {
     }
     Segments paintedSegments() const {
         auto regions = segments();
-        Painting(scene_.modalities, scene_.camera, style_.regions, regions, stop_);
+        const Painting painting(scene_.modalities, scene_.camera, style_.regions, regions, stop_);
         return regions;
     }
     void remember(ChosenLines chosen, std::vector<HatchStroke> hatches, Raster<float> density) {

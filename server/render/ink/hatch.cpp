@@ -161,11 +161,12 @@ class StrokeMaker {
         std::size_t next = 0;
         seekBesideAll(next);
         const auto stride = std::max(1.0, 0.5 * pass_.spacing);
-        for (double y = 0.5 * stride; y < size_.y && !isStopped(stop_); y += stride) {
+        const auto middle = [&](int cell) { return (cell + 0.5) * stride; };
+        for (int row = 0; middle(row) < size_.y && !isStopped(stop_); ++row) {
             giveWay();
-            for (double x = 0.5 * stride; x < size_.x; x += stride) {
+            for (int column = 0; middle(column) < size_.x; ++column) {
                 from_ = pass_.to;
-                if (begin({x, y})) seekBesideAll(next);
+                if (begin({middle(column), middle(row)})) seekBesideAll(next);
             }
         }
     }
@@ -322,9 +323,9 @@ class StrokeMaker {
     void addPlaces(const std::vector<glm::vec2>& way, std::uint32_t stroke) {
         for (std::size_t i = 0; i + 1 < way.size(); ++i) {
             const glm::dvec2 from(way[i]), to(way[i + 1]);
-            const double parts = std::ceil(glm::distance(from, to) / (0.5 * pass_.spacing));
-            for (double part = 0.0; part < parts; ++part)
-                places_.add(glm::mix(from, to, part / parts), stroke, 0.0);
+            const auto parts = static_cast<int>(std::ceil(glm::distance(from, to) / (0.5 * pass_.spacing)));
+            for (int part = 0; part < parts; ++part)
+                places_.add(glm::mix(from, to, static_cast<double>(part) / parts), stroke, 0.0);
         }
     }
 

@@ -55,8 +55,8 @@ Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double rea
     const auto around = blurred(meansOf(crowd, cells), cells.blur);
     Raster<std::uint8_t> mask(cover.width, cover.height);
     eachIndex(mask.width, mask.height, [&](std::size_t i) {
-        const glm::dvec2 middle(static_cast<double>(i % mask.width) + 0.5,
-                                static_cast<double>(i / mask.width) + 0.5);
+        const std::size_t column = i % mask.width, row = i / mask.width;
+        const glm::dvec2 middle(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
         const bool counts = toneAt(around, cells, middle) >= crowded &&
                             static_cast<double>(complexity.values[i]) >= lessComplex * least;
         mask.values[i] = counts && std::isfinite(modalities.depth.values[i]) ? 1 : 0;
@@ -120,13 +120,13 @@ class LineParting {
         return ground;
     }
     void walk(const LinePoint& from, const LinePoint& to, std::vector<InkLine>& out) {
-        const double parts =
-            std::clamp(std::ceil(glm::distance(from.at, to.at) / everyOnLine), 1.0, mostHiddenPlaces);
-        for (double part = 0.0; part < parts; ++part) {
+        const auto parts = static_cast<int>(
+            std::clamp(std::ceil(glm::distance(from.at, to.at) / everyOnLine), 1.0, mostHiddenPlaces));
+        for (int part = 0; part < parts; ++part) {
             const double share = (part + 0.5) / parts;
             const bool drawn = isDrawn(glm::mix(from.at, to.at, share), from.step);
             if (drawn == drawn_) continue;
-            const double cut = part / parts;
+            const double cut = static_cast<double>(part) / parts;
             const LinePoint place{glm::mix(from.at, to.at, cut), std::lerp(from.depth, to.depth, cut),
                                   from.step};
             points_.push_back(place);
