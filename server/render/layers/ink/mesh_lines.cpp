@@ -21,8 +21,8 @@ namespace {
 
 constexpr double partLength = 2.0;  // pixels of an edge that are seen or not as one
 constexpr double mostParts = 4096.0;
-constexpr double quickBeside = 1.0;  // pixels from a line at which what lies there is measured
-constexpr double gapShare = 2e-3;    // of the extent: what is so little nearer hides nothing
+constexpr double quickBeside = 1.0;   // pixels from a line at which what lies there is measured
+constexpr double hidingShare = 2e-3;  // of the extent: what is so little nearer hides nothing
 
 /// The same number, 0 to 1, of an edge in every picture.
 float rankOf(const EdgeLine& edge) {
@@ -69,7 +69,7 @@ class QuickFinder {
     }
     /// In the pixel of a silhouette the surface may bulge before it; beside it, it does not.
     bool seen(const LinePoint& place, LineKind kind, const glm::dvec2& way) const {
-        const double least = place.depth - gapShare * extent_;
+        const double least = place.depth - hidingShare * extent_;
         return depthAt(place.at) >= least || (kind == LineKind::silhouette && farthest(place, way) >= least);
     }
     double stepBeside(const LinePoint& place, const glm::dvec2& way) const {

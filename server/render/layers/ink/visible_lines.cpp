@@ -117,7 +117,7 @@ void LineCrossings::along(const ScreenLine& line, std::vector<double>& shares) c
 
 constexpr double smallestStep = 1.0 / 64;  // pixels; of what is hidden, at least so much is passed by
 // Of the bounds' diagonal: what lies so little nearer than a line does not hide it.
-constexpr double gapShare = 1e-7;
+constexpr double touchShare = 1e-7;
 // Likewise: what is nearer by so much is another part of the surface.
 constexpr double behindShare = 1e-2;
 
@@ -136,7 +136,7 @@ class PieceFinder {
           view_(view),
           crossings_(crossings),
           search_(search),
-          gap_(gapShare * glm::length(surface.bounds().size())) {}
+          gap_(touchShare * glm::length(surface.bounds().size())) {}
 
     void find(std::span<const EdgeLine> edges, std::vector<EdgeLine>& pieces, const std::stop_token& stop) {
         tried_.clear();
