@@ -51,6 +51,7 @@ struct Loadable : AnyLoadable {
     using Load = std::function<Result<Value>(std::uint32_t step, const Cancelled&)>;
 
     /// T says in bytes() how much it takes.
+    // clang-tidy sees no move in a template: NOLINTNEXTLINE(performance-unnecessary-value-param)
     Loadable(storage::Catalogue::Entry entry, std::function<std::uint64_t(std::uint32_t)> expects, Load read)
         : AnyLoadable{.dataset = std::move(entry),
                       .type = typeid(T),
