@@ -167,6 +167,7 @@ class ParticleExchange {
     Status deliver(const std::vector<Batch>& batches, SortedParticles& store) {
         if (ranks_.size() == 1) {
             std::vector<Share> shares;
+            shares.reserve(batches.size());
             for (const auto& batch : batches) shares.push_back(shareOf(batch, 0));
             return place(0, shares, store);
         }
@@ -367,26 +368,35 @@ class Builder {
 
     /// Puts what all ranks found below the grid into the plan's levels.
     Status shareTrees() {
-        std::vector<UnitTree> units;
-        OctreeLevels mine(options_.octree.maxLevel > gridLevel_ ? options_.octree.maxLevel - gridLevel_ : 0);
-        for (auto& tree : trees_) {
-            appendTo(units, tree.units);
-            for (std::size_t depth = 0; depth < mine.size(); ++depth) {
-                appendTo(mine[depth].children, tree.levels[depth].children);
-                appendTo(mine[depth].count, tree.levels[depth].count);
-                appendTo(mine[depth].weight, tree.levels[depth].weight);
-            }
-            tree = {};
+        auto units = joined<UnitTree>([](RangeTree & tree) -> auto& { return tree.units; });
+        MOTE_RETURN_IF_ERROR(shareUnits(units));
+        const std::size_t depths =
+            options_.octree.maxLevel > gridLevel_ ? options_.octree.maxLevel - gridLevel_ : 0;
+        for (std::size_t depth = 0; depth < depths; ++depth) {
+            const auto shareOne = [&]<class T>(std::vector<T> OctreeLevel::*list) {
+                auto mine = joined<T>([&](RangeTree & tree) -> auto& { return tree.levels[depth].*list; });
+                return shareInto(plan_.levels.back().*list, mine);
+            };
+            plan_.levels.emplace_back();
+            MOTE_RETURN_IF_ERROR(shareOne(&OctreeLevel::children));
+            MOTE_RETURN_IF_ERROR(shareOne(&OctreeLevel::count));
+            MOTE_RETURN_IF_ERROR(shareOne(&OctreeLevel::weight));
         }
         trees_.clear();
-        MOTE_RETURN_IF_ERROR(shareUnits(units));
-        for (auto& level : mine) {
-            auto& whole = plan_.levels.emplace_back();
-            MOTE_RETURN_IF_ERROR(shareInto(whole.children, level.children));
-            MOTE_RETURN_IF_ERROR(shareInto(whole.count, level.count));
-            MOTE_RETURN_IF_ERROR(shareInto(whole.weight, level.weight));
-        }
         return success();
+    }
+
+    /// Of all ranges in turn the lists that `of` names, which are given up.
+    template <class T, class Of>
+    std::vector<T> joined(const Of& of) {
+        std::vector<std::size_t> begin{0};
+        for (auto& tree : trees_) begin.push_back(begin.back() + of(tree).size());
+        std::vector<T> all(begin.back());
+        tbb::parallel_for(std::size_t{0}, trees_.size(), [&](std::size_t i) {
+            std::ranges::copy(of(trees_[i]), all.begin() + static_cast<std::ptrdiff_t>(begin[i]));
+            of(trees_[i]) = {};
+        });
+        return all;
     }
 
     Status shareUnits(std::vector<UnitTree>& mine) {

@@ -127,6 +127,53 @@ TEST(Octree, IsWhatTheReaderChecksAndRespectsItsLimits) {
     }
 }
 
+Made makeManyLeaves(bool weighted, int threads) {
+    auto run = randomRun(600000, 3);
+    if (!weighted) std::ranges::fill(run.weights, 2.0);
+    const OctreeOptions options{1, 12};
+    tbb::task_arena arena(threads);
+    return arena.execute([&] { return make(run, 7, options, 7); });
+}
+
+/// More leaves than one thread sorts, or counts, at once.
+TEST(Octree, LeavesOfManyBlocksAreInOrder) {
+    for (const bool weighted : {false, true}) {
+        SCOPED_TRACE(weighted);
+        const auto made = makeManyLeaves(weighted, 1);
+        const auto& tree = made.tree;
+        std::vector<std::uint32_t> nodes;
+        for (std::uint32_t node = 0; node < tree.level.size(); ++node) {
+            if (tree.childCount[node] == 0) nodes.push_back(node);
+        }
+        ASSERT_GT(nodes.size(), std::size_t{3} << 17);
+        std::ranges::sort(nodes, {}, [&](std::uint32_t node) {
+            return std::tuple(tree.density[node], tree.morton[node], tree.level[node]);
+        });
+        EXPECT_TRUE(nodes == tree.leafNode);
+        std::uint64_t before = 0;
+        Range densities;
+        for (std::size_t leaf = 0; leaf < nodes.size(); ++leaf) {
+            ASSERT_EQ(tree.leafPointBegin[leaf], before) << leaf;
+            ASSERT_EQ(tree.firstChild[nodes[leaf]], leaf);
+            before += tree.leafPointCount[leaf];
+            if (tree.count[nodes[leaf]] < counted) continue;
+            const double density = tree.density[nodes[leaf]];
+            densities = densities.united({density, density});
+        }
+        std::uint32_t child = 1;
+        for (std::size_t node = 0; node < tree.level.size(); ++node) {
+            if (tree.childCount[node] == 0) continue;
+            ASSERT_EQ(tree.firstChild[node], child);
+            child += tree.childCount[node];
+        }
+        const auto others = makeManyLeaves(weighted, 3).tree;
+        EXPECT_TRUE(others.leafNode == tree.leafNode && others.firstChild == tree.firstChild);
+        EXPECT_TRUE(others.leafSource == tree.leafSource && others.leafPointBegin == tree.leafPointBegin);
+        EXPECT_EQ(densityRange(others), densityRange(tree));
+        EXPECT_EQ(densityRange(tree).max, densities.max);
+    }
+}
+
 /// Many particles make several ranges; the grid changes nothing of the octree.
 TEST(Octree, IsTheSameForAnyGrid) {
     const auto run = randomRun(200000, 2);
