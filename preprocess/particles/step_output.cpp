@@ -294,13 +294,18 @@ class StepFiles {
     Result<StepFile::Places> run() {
         MOTE_RETURN_IF_ERROR(openFile());
         if (!output_.rows.empty()) file_->holdRows(output_.rows);
+        if (ranks_.size() == 1) file_->hashAhead(output_.cancelled);
         PointOutput points(step_, *file_, ranks_, output_.cancelled);
         Status tree = success();
         Status written = success();
         tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
         MOTE_RETURN_IF_ERROR(written);
         MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
+        file_->complete(StepArray::pointPosition);
+        file_->complete(StepArray::pointRow);
         MOTE_RETURN_IF_ERROR(points.writePreview());
+        file_->complete(StepArray::previewPoint);
+        file_->complete(StepArray::previewThreshold);
         MOTE_RETURN_IF_ERROR(hash());
         return file_->places();
     }
@@ -329,7 +334,9 @@ class StepFiles {
 
     template <class T>
     Status write(StepArray which, const std::vector<T>& values) {
-        return file_->write(which, 0, std::as_bytes(std::span(values)));
+        MOTE_RETURN_IF_ERROR(file_->write(which, 0, std::as_bytes(std::span(values))));
+        file_->complete(which);
+        return success();
     }
 
     /// Octree, leaves and volume, which all ranks know: each writes some.

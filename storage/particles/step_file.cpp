@@ -7,10 +7,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
+#include <utility>
 
 #include "protocol/base/json.h"
 #include "protocol/base/system_error.h"
-#include "storage/arrays/hash_pass.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/dataset_file.h"
 
@@ -32,6 +33,16 @@ FileLayout layoutOf(const StepShape& shape, const StepAttributes& attributes) {
                          {"bounds_max", row(attributes.boundsMax)},
                          {"total_weight", attributes.totalWeight}};
     return layout;
+}
+
+// Pages of the cache that are new to a machine cost many times what the disk takes, and come by reading at
+// less. Smaller files are read back before the disk has them.
+constexpr std::uint64_t fewestPastCache = std::uint64_t{1} << 26;  // bytes
+
+PageCache cacheFor(const StepFile::Places& places) {
+    std::uint64_t bytes = 0;
+    for (const auto& place : places) bytes += place.bytes;
+    return bytes < fewestPastCache ? PageCache::kept : PageCache::passed;
 }
 
 std::uint64_t blocksOf(std::uint64_t bytes) {
@@ -104,7 +115,7 @@ Status StepFile::write(StepArray which, std::uint64_t at, std::span<const std::b
     const auto& place = places_[static_cast<std::size_t>(which)];
     MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
     if (which != StepArray::pointRow || rows_.empty())
-        return writeAt(file_.get(), place.offset + at, bytes, path_);
+        return writeAt(file_.get(), place.offset + at, bytes, path_, cacheFor(places_));
     const auto held = heldRows(at, bytes.size());
     for (std::size_t i = 0; i < held.size(); ++i) {
         std::uint64_t row = 0;
@@ -170,14 +181,29 @@ Result<std::vector<std::uint64_t>> StepFile::hashBlocks(std::uint64_t begin, std
     return hashes;
 }
 
-Result<StepFile::Hashes> StepFile::hashes(const std::function<bool()>& cancelled) const {
+HashPass::File StepFile::forHashes() const {
     HashPass::File file{file_.get(), path_, {places_.begin(), places_.end()}};
     file.held = [this](std::size_t array, std::uint64_t at, std::span<std::byte> bytes) {
         const bool held = static_cast<StepArray>(array) == StepArray::pointRow && !rows_.empty();
         if (held) readHeld(at, bytes);
         return held;
     };
-    HashPass pass(std::move(file), cancelled);
+    return file;
+}
+
+void StepFile::hashAhead(std::function<bool()> cancelled) {
+    pass_ = std::make_unique<HashPass>(forHashes(), std::move(cancelled));
+    pass_->begin();
+}
+
+void StepFile::complete(StepArray which) const {
+    if (pass_) pass_->complete(static_cast<std::size_t>(which));
+}
+
+Result<StepFile::Hashes> StepFile::hashes(const std::function<bool()>& cancelled) const {
+    std::optional<HashPass> own;
+    if (!pass_) own.emplace(forHashes(), cancelled);
+    auto& pass = pass_ ? *pass_ : *own;
     Hashes hashes;
     MOTE_ASSIGN_OR_RETURN(hashes.whole, pass.finish());
     for (std::size_t i = 0; i < places_.size(); ++i) {

@@ -14,12 +14,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
 #include "protocol/mote.pb.h"
+#include "storage/arrays/hash_pass.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/hash.h"
@@ -54,6 +56,12 @@ class StepFile {
     /// The same of what was written, by whomever. Errors: internal.
     Status read(StepArray which, std::uint64_t at, std::span<std::byte> bytes) const;
 
+    /// Starts to read back and hash, on a thread of its own and in the order of the file, what complete() is
+    /// called of, for hashes(). `cancelled` is asked from it, too. This stays where it is from now on.
+    void hashAhead(std::function<bool()> cancelled);
+    /// All bytes of the array are written. Nothing without hashAhead().
+    void complete(StepArray which) const;
+
     /// Asks the kernel to put what this process wrote on the disk. Errors: resourceExhausted, internal.
     Status sync() const;
 
@@ -67,7 +75,7 @@ class StepFile {
         FileHash whole;
     };
     /// Of what was written, by whomever, read back once, on all threads of the calling arena. `cancelled` is
-    /// asked from any of them. Errors: internal, cancelled.
+    /// asked from any of them, unless hashAhead() was given one. Called once. Errors: internal, cancelled.
     Result<Hashes> hashes(const std::function<bool()>& cancelled) const;
 
     /// `blocks` are all of them.
@@ -79,11 +87,13 @@ class StepFile {
 
     std::span<std::uint32_t> heldRows(std::uint64_t at, std::size_t bytes) const;
     void readHeld(std::uint64_t at, std::span<std::byte> bytes) const;
+    HashPass::File forHashes() const;
 
     std::filesystem::path path_;
     FileDescriptor file_;
     Places places_;
-    std::span<std::uint32_t> rows_;  ///< by point; empty: they are not held
+    std::span<std::uint32_t> rows_;   ///< by point; empty: they are not held
+    std::unique_ptr<HashPass> pass_;  ///< since hashAhead(); it reads the file above
 };
 
 /// `directory`/`name`.h5 and .digest, both new. Errors: resourceExhausted (disk full), permissionDenied,

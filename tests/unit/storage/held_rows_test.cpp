@@ -4,8 +4,11 @@
 // as without.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "storage/particles/step_file.h"
 #include "tests/support/temp_dir.h"
@@ -67,6 +70,28 @@ TEST_F(HeldRows, fileAndHashesAreTheSame) {
     EXPECT_EQ(held, (std::vector<std::uint32_t>(rows_.begin(), rows_.end())));
     EXPECT_EQ(bytesOfFile(folder_ / "held.h5"), bytesOfFile(folder_ / "plain.h5"));
     const auto expected = plain.hashes({}), found = holding.hashes({});
+    ASSERT_TRUE(expected.ok() && found.ok());
+    EXPECT_EQ(found->blocks, expected->blocks);
+    EXPECT_EQ(found->whole.xxh3_128, expected->whole.xxh3_128);
+}
+
+/// Hashes that a thread makes while the file is written, in an order that is not the file's.
+TEST_F(HeldRows, hashesAheadAreTheSame) {
+    const auto plain = make("plain.h5");
+    write(plain);
+    auto ahead = make("ahead.h5");
+    std::vector<std::uint32_t> held(heldPoints);
+    ahead.holdRows(held);
+    std::atomic<int> asked{0};
+    ahead.hashAhead([&] { return ++asked < 0; });
+    for (std::size_t i = storage::stepArrays.size(); i-- > 0;) {
+        const auto which = static_cast<StepArray>(i);
+        if (which == StepArray::pointRow) write(ahead);
+        ahead.complete(which);
+    }
+    for (int i = 0; asked < 3 && i < 1000; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_GE(asked, 3);
+    const auto expected = plain.hashes({}), found = ahead.hashes({});
     ASSERT_TRUE(expected.ok() && found.ok());
     EXPECT_EQ(found->blocks, expected->blocks);
     EXPECT_EQ(found->whole.xxh3_128, expected->whole.xxh3_128);
