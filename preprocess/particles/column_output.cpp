@@ -11,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <numeric>
 #include <set>
 #include <type_traits>
@@ -238,7 +239,10 @@ class Output {
         if (!file_) take(ArrayFileWriter::open(request_.directory, request_.name, layout, all.front()));
         // Who looks at the plot reads the step; columns are as large again, and mostly for later.
         if (file_) file_->passCache();
-        if (file_ && alone()) file_->hashAhead([this] { return request_.progress->cancelled(); });
+        if (file_ && alone()) {
+            file_->hashAhead([this] { return request_.progress->cancelled(); },
+                             [this](auto array, auto at, auto bytes) { return readHeld(array, at, bytes); });
+        }
         return agree(ranks_, status);
     }
 
@@ -369,6 +373,8 @@ class Output {
             records.withIds = group.withIds && idRange_.greatest <= std::numeric_limits<std::uint32_t>::max();
             const bool ids = records.withIds || std::is_same_v<T, std::uint64_t>;
             if (ids && end - begin == rows_) MOTE_RETURN_IF_ERROR(makeIdTable(rows_ * recordBytes));
+            // The last group's: nobody asks for a point's row after its own values.
+            idsHeld_ = records.withIds && !request_.heldRows.empty();
             MOTE_RETURN_IF_ERROR(gather(records));
             if (ids) MOTE_RETURN_IF_ERROR(finishIds(end));
             if (end == rows_) request_.writeback->begin(request_.directory / (request_.name + ".h5"));
@@ -393,8 +399,23 @@ class Output {
         file_->complete(columns_.size());
         if (!idTable_) return success();
         MOTE_ASSIGN_OR_RETURN(indexed_, idTable_->write(*file_, idArrays(), *request_.progress));
-        idTable_.reset();
+        if (!indexed_) idTable_.reset();
         return success();
+    }
+
+    /// Ids and their index, where they are in memory. Hashing them need not wait for the disk.
+    bool readHeld(std::size_t array, std::uint64_t at, std::span<std::byte> bytes) const {
+        const auto arrays = idArrays();
+        const bool ids = array == arrays.ids && idsHeld_, index = array == arrays.index && indexed_;
+        if (index) idTable_->read(at, bytes);
+        if (ids) {
+            const auto held = request_.heldRows.subspan(at / sizeof(std::uint64_t));
+            for (std::size_t i = 0; i < bytes.size() / sizeof(std::uint64_t); ++i) {
+                const std::uint64_t id = held[i];
+                std::memcpy(bytes.data() + i * sizeof id, &id, sizeof id);
+            }
+        }
+        return ids || index;
     }
 
     template <class T>
@@ -438,6 +459,8 @@ class Output {
             for (std::size_t k = 0; k < count; ++k)
                 ids[k] = std::bit_cast<std::uint32_t>(values[arrays.size() * count + k]);
             if (idTable_) idTable_->add(first, ids);
+            for (std::size_t k = 0; k < count && idsHeld_; ++k)
+                request_.heldRows[first + k] = static_cast<std::uint32_t>(ids[k]);
             return file_->write(columns_.size(), first * sizeof(std::uint64_t),
                                 std::as_bytes(std::span(ids)));
         }
@@ -496,7 +519,8 @@ class Output {
     std::vector<Extent> extents_;  ///< under it while parts are gathered
     IdRange idRange_;              ///< of the rows that were read, under the mutex above
     bool idsWritten_ = false;
-    std::optional<IdTable> idTable_;  ///< while ids are gathered
+    bool idsHeld_ = false;            ///< in the place of rows
+    std::optional<IdTable> idTable_;  ///< while ids are gathered, and as the index
     bool indexed_ = false;            ///< whether it became the index
     std::optional<ArrayFileWriter> file_;
 };

@@ -118,6 +118,8 @@ struct ColumnsRequest {
     std::string name;                 ///< "columns-000012"
     const storage::StepFile* points = nullptr;
     std::uint64_t pointCount = 0;
+    /// Rows of `points` as they are held, or nothing; what stands there is nothing that counts afterwards.
+    std::span<std::uint32_t> heldRows;
     std::uint64_t memory = 0;             ///< bytes that this rank may take
     std::shared_ptr<StoreMemory> stores;  ///< of which those of columns come
     Communicator* ranks = nullptr;

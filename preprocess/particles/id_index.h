@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "preprocess/job.h"
 #include "preprocess/particles/record_store.h"
@@ -52,6 +53,9 @@ class IdTable {
     Result<bool> write(const storage::ArrayFileWriter& file, const IdArrays& arrays,
                        const Progress& progress);
 
+    /// Bytes of the index that was written, from its byte `at` on, both whole numbers of points. Any thread.
+    void read(std::uint64_t at, std::span<std::byte> bytes) const;
+
   private:
     IdTable(std::uint64_t least, std::uint64_t places, RecordStore store);
     std::uint64_t parts() const;
@@ -60,6 +64,7 @@ class IdTable {
     std::uint64_t least_;
     RecordStore store_;
     std::span<std::uint32_t> table_;
+    std::vector<std::uint64_t> begin_;  ///< by part of the table, once it is written: points before it
 };
 
 /// `mostBytes`: of memory that it may take. Uses all threads of the calling arena. Errors: resourceExhausted

@@ -513,7 +513,12 @@ class Job {
             MOTE_RETURN_IF_ERROR(sampled->share(ranks_));
             report(0.8 + each * (static_cast<double>(i) + 0.5),
                    fmt::format("writing the columns of step {} of {}", i + 1, steps_.size()));
-            MOTE_RETURN_IF_ERROR(makeColumns(i, points, *sampled, finish, particles));
+            const auto meanwhile = [&]() -> Status {
+                MOTE_RETURN_IF_ERROR(finish());
+                const bool last = i + 1 == steps_.size() && ranks_.size() == 1;
+                return last && !densities_.empty() ? countDensities() : success();
+            };
+            MOTE_RETURN_IF_ERROR(makeColumns(i, points, *sampled, meanwhile, particles));
         }
         for (auto& column : *particles.mutable_columns()) {
             if (column.min() > column.max()) column.set_max(0.0);  // no finite value in any step
@@ -560,6 +565,7 @@ class Job {
         request.pointCount = entry.particles();
         const auto memory = memoryBeside(request.step);
         request.memory = memory - std::min(memory, rowBytes_);
+        request.heldRows = heldRows(entry.particles());
         request.stores = stores_;
         request.ranks = &ranks_;
         request.writeback = &writeback_;
@@ -596,19 +602,27 @@ class Job {
         return success();
     }
 
-    /// What is known only after the last step: the scale of densities, and with it each step's histogram,
-    /// from the files just written.
     Status finish() {
         auto& particles = *manifest_.mutable_particles();
         std::uint64_t total = 0;
         for (const auto& step : particles.steps()) total += step.particles();
         if (total == 0) return nothingToPlot();
-        const Range before{particles.density_min(), particles.density_max()};
-        if (base_ != nullptr) densities_ = densities_.united(before);
-        if (densities_.empty()) {
+        if (base_ == nullptr && densities_.empty()) {
             return corrupt(inputs_.empty() ? "" : inputs_.front().string(),
                            "all particles weigh nothing, so there is no density to plot");
         }
+        MOTE_RETURN_IF_ERROR(countDensities());
+        keepNotes(particles);
+        return publishDataset(dataset_->writer(), manifest_, progress_);
+    }
+
+    /// What is known only when all steps stand: the scale of densities, and with it each step's histogram,
+    /// from the files just written. Once.
+    Status countDensities() {
+        if (densitiesCounted_) return success();
+        auto& particles = *manifest_.mutable_particles();
+        const Range before{particles.density_min(), particles.density_max()};
+        if (base_ != nullptr) densities_ = densities_.united(before);
         particles.set_density_min(densities_.min);
         particles.set_density_max(densities_.max);
         for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -618,9 +632,8 @@ class Job {
             MOTE_ASSIGN_OR_RETURN(const auto bins, densityHistogram(file, leaves_[i], densities_, progress_));
             entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
         }
-        if (base_ != nullptr && !(before == densities_)) MOTE_RETURN_IF_ERROR(countBaseAnew());
-        keepNotes(particles);
-        return publishDataset(dataset_->writer(), manifest_, progress_);
+        densitiesCounted_ = true;
+        return base_ != nullptr && !(before == densities_) ? countBaseAnew() : success();
     }
 
     /// Histograms of the steps that are there, over the densities of all steps.
@@ -689,6 +702,7 @@ class Job {
     std::vector<std::uint64_t> leaves_;               ///< by selected step
     PlotBounds plotBounds_;
     Range densities_;
+    bool densitiesCounted_ = false;
     std::uint64_t othersLeftOut_ = 0;  ///< particles that are not lost, of a plot of those that are
     proto::Manifest manifest_;
 };

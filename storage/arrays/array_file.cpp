@@ -176,8 +176,10 @@ HashPass::File ArrayFileWriter::forHashes() const {
     return {file_.get(), path_, places_, cache_};
 }
 
-void ArrayFileWriter::hashAhead(std::function<bool()> cancelled) {
-    pass_ = std::make_unique<HashPass>(forHashes(), std::move(cancelled));
+void ArrayFileWriter::hashAhead(std::function<bool()> cancelled, HashPass::Held held) {
+    auto file = forHashes();
+    file.held = std::move(held);
+    pass_ = std::make_unique<HashPass>(std::move(file), std::move(cancelled));
     pass_->begin();
 }
 

@@ -141,8 +141,8 @@ class ArrayFileWriter {
     void passCache() { cache_ = PageCache::passed; }
 
     /// From now on arrays are read back for finish(), by a thread of their own, as complete() is called of
-    /// them. `cancelled` is asked from that thread, too.
-    void hashAhead(std::function<bool()> cancelled);
+    /// them; but for what `held` has of them. `cancelled` is asked from that thread, too.
+    void hashAhead(std::function<bool()> cancelled, HashPass::Held held = {});
     /// All of an array is written, by its index in the layout. One thread at a time.
     void complete(std::size_t array) const;
 

@@ -26,15 +26,17 @@ namespace mote::storage {
 
 class HashPass {
   public:
+    /// Fills `bytes` with those of an array from its byte `at` on, where its owner has them; false: they are
+    /// read from the file. Called from any thread, for arrays that are complete.
+    using Held = std::function<bool(std::size_t array, std::uint64_t at, std::span<std::byte> bytes)>;
+
     /// An open file, of its whole size already, which stays open while the pass lives.
     struct File {
         int descriptor = -1;
         std::filesystem::path path;
         std::vector<ArrayPlace> places;
         PageCache cache = PageCache::kept;
-        /// Fills `bytes` with those of an array from its byte `at` on, where its owner has them; false: they
-        /// are read from the file. May be empty; called from any thread.
-        std::function<bool(std::size_t array, std::uint64_t at, std::span<std::byte> bytes)> held = {};
+        Held held = {};  ///< may be empty
     };
 
     /// `cancelled` may be empty; it is asked from any thread, between pieces of some MiB.

@@ -117,6 +117,38 @@ TEST(ArrayFileWriter, HashesArraysAheadWhileOthersAreWritten) {
     EXPECT_EQ(file->finish().error().code, ErrorCode::cancelled);
 }
 
+/// What its owner has of an array is not read back; the rest of it, and others, are.
+TEST(ArrayFileWriter, HashesWhatIsHeldWithoutReadingIt) {
+    const test::TempDir dir;
+    std::vector<std::byte> bytes(6 * blockBytes + 4);
+    for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = static_cast<std::byte>(k >> 5);
+    const FileLayout layout{{}, {{"/read", "u8", {bytes.size()}}, {"/held", "u8", {bytes.size()}}}, {}};
+    std::atomic<std::uint64_t> held{0};
+    const auto hold = [&](std::size_t array, std::uint64_t at, std::span<std::byte> to) {
+        if (array != 1 || at >= 4 * blockBytes) return false;
+        std::ranges::copy(std::span(bytes).subspan(at, to.size()), to.begin());
+        held += to.size();
+        return true;
+    };
+    std::vector<std::string> found;
+    for (const bool holds : {false, true}) {
+        const auto name = holds ? "b" : "a";
+        auto file = ArrayFileWriter::create(dir.path(), name, layout);
+        ASSERT_TRUE(file.ok());
+        file->hashAhead({}, holds ? HashPass::Held(hold) : HashPass::Held());
+        for (const std::size_t array : {0U, 1U}) ASSERT_TRUE(file->write(array, 0, bytes).ok());
+        // The file has other bytes there than its owner, so that the hash tells whose were taken.
+        const std::vector<std::byte> other(blockBytes);
+        ASSERT_TRUE(!holds || file->write(1, blockBytes, other).ok());
+        for (const std::size_t array : {0U, 1U}) file->complete(array);
+        const auto hash = file->finish();
+        ASSERT_TRUE(hash.ok());
+        found.push_back(hash->xxh3_128);
+    }
+    EXPECT_EQ(found[0], found[1]);
+    EXPECT_EQ(held, 4 * blockBytes);
+}
+
 TEST(ArrayFileWriter, HashesBlocksAndTheWholeInOnePassOverTheFile) {
     const test::TempDir dir;
     expectOnePass(dir.path(), false);
