@@ -212,7 +212,9 @@ Result<std::unique_ptr<ParticleSource>> openSpecies(const std::vector<std::strin
     for (const std::string& name : names) {
         proto::ParticlesJob one = job;
         one.set_species(name);
-        SpeciesPart part{name, std::make_unique<SpeciesNotes>(name, progress), nullptr};
+        SpeciesPart part;
+        part.name = name;
+        part.notes = std::make_unique<SpeciesNotes>(name, progress);
         MOTE_ASSIGN_OR_RETURN(part.source, files.reader->open({files.paths, one, massOf(job)}, *part.notes));
         parts.push_back(std::move(part));
     }

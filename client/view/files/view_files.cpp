@@ -110,7 +110,7 @@ std::optional<std::filesystem::path> PathPrompt::draw(float scale, const std::fu
     const bool pressed = ImGui::Button(verb_.c_str()) || entered;
     ImGui::SameLine();
     const bool given = ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
-    const auto path = decide(pressed && !given);
+    auto path = decide(pressed && !given);
     if (!failure_.empty()) {
         pushWarningColor();
         ImGui::TextWrapped("%s", failure_.c_str());

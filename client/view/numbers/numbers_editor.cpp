@@ -218,7 +218,7 @@ void NumbersEditor::drawOver(ViewModel& model, const proto::Manifest* manifest, 
     const auto quantities = particles ? quantitiesOf(manifest->particles()) : std::vector<Quantity>();
     ids_ = particles && manifest->particles().ids();
     if (!particles) controls_.tool.setKind(PictureTool::Kind::none);
-    const bool histogram = controls_.histogramShown && quantities.size() >= 2;
+    const bool histogram = particles && controls_.histogramShown && quantities.size() >= 2;
     if (histogram) {
         const NumbersPanel panel{model.numbers, controls_,    data_,      manifest->particles(),
                                  quantities,    model.step(), area.scale, actions};

@@ -22,8 +22,8 @@ namespace {
 // heap: in version 1.10 a changed index or size there makes it read anywhere in memory, or loop without end.
 // Functions without state; the HDF5 library keeps one registration of theirs.
 
-constexpr std::uint64_t maxTextBytes = 64 * 1024;
-constexpr std::uint64_t maxCollectionBytes = 16 << 20;
+constexpr std::uint64_t maxTextBytes = std::uint64_t{64} * 1024;
+constexpr std::uint64_t maxCollectionBytes = std::uint64_t{16} << 20;
 constexpr int maxObjects = 65536;  // an object's index has 16 bits
 
 Error damaged(const std::string& where) {

@@ -12,11 +12,11 @@ namespace {
 
 constexpr std::size_t maxValueBytes = 16;
 
-Error corrupt(const H5Object& object, std::string message) {
+Error corruptObject(const H5Object& object, std::string message) {
     return {ErrorCode::corrupt, object.where, std::move(message)};
 }
 
-Error unsupported(const H5Object& object, std::string message) {
+Error unsupportedObject(const H5Object& object, std::string message) {
     return {ErrorCode::unsupported, object.where, std::move(message)};
 }
 
@@ -24,11 +24,11 @@ Result<std::vector<hsize_t>> extentOf(const H5Object& dataset, hid_t space) {
     const int rank = H5Sget_simple_extent_ndims(space);
     const H5S_class_t kind = H5Sget_simple_extent_type(space);
     if (rank < 0 || rank > H5S_MAX_RANK || kind == H5S_NO_CLASS)
-        return corrupt(dataset, "has no valid extent");
+        return corruptObject(dataset, "has no valid extent");
     if (kind == H5S_NULL) return std::vector<hsize_t>{0};
     std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
     if (rank > 0 && H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0) {
-        return corrupt(dataset, "has no valid extent");
+        return corruptObject(dataset, "has no valid extent");
     }
     return extent;
 }
@@ -42,10 +42,10 @@ std::uint64_t saturatingProduct(std::uint64_t a, std::uint64_t b) {
 /// Data that lies in other files is refused before HDF5 looks for it.
 Status checkOrigin(const H5Object& dataset, hid_t creation) {
     if (H5Pget_layout(creation) == H5D_VIRTUAL) {
-        return unsupported(dataset, "is a virtual dataset, whose data lies in other files");
+        return unsupportedObject(dataset, "is a virtual dataset, whose data lies in other files");
     }
     if (H5Pget_external_count(creation) != 0) {
-        return unsupported(dataset, "keeps its data in another file, which is not opened");
+        return unsupportedObject(dataset, "keeps its data in another file, which is not opened");
     }
     return success();
 }
@@ -57,10 +57,10 @@ Status checkSize(const H5File& file, const H5Object& dataset, std::uint64_t rati
     const std::uint64_t declared = saturatingProduct(rows, valueBytes);
     const std::uint64_t stored = H5Dget_storage_size(dataset.handle.get());
     if (stored <= file.bytes() && declared <= saturatingProduct(stored, ratio)) return success();
-    return corrupt(dataset,
-                   "declares " + std::to_string(declared) + " bytes and holds " +
-                       std::to_string(std::min(stored, file.bytes())) +
-                       (stored == 0 ? ": nothing was written to it" : ": the file is cut short or damaged"));
+    return corruptObject(
+        dataset, "declares " + std::to_string(declared) + " bytes and holds " +
+                     std::to_string(std::min(stored, file.bytes())) +
+                     (stored == 0 ? ": nothing was written to it" : ": the file is cut short or damaged"));
 }
 
 /// Where the values of a contiguous dataset lie, if all `bytes` of them lie within the file. HDF5 believes
@@ -133,24 +133,24 @@ std::size_t product(std::span<const hsize_t> counts) {
 }  // namespace
 
 Result<H5Numbers> H5Numbers::open(const H5File& file, H5Object dataset, bool column) {
-    if (dataset.group) return corrupt(dataset, "is a group where a dataset was expected");
+    if (dataset.group) return corruptObject(dataset, "is a group where a dataset was expected");
     const hid_t id = dataset.handle.get();
     const H5Handle creation(H5Dget_create_plist(id), H5Pclose);
-    if (!creation.ok()) return corrupt(dataset, "its layout cannot be read");
+    if (!creation.ok()) return corruptObject(dataset, "its layout cannot be read");
     MOTE_RETURN_IF_ERROR(checkOrigin(dataset, creation.get()));
     H5Numbers numbers;
     numbers.type_ = H5Handle(H5Dget_type(id), H5Tclose);
     numbers.space_ = H5Handle(H5Dget_space(id), H5Sclose);
     if (!numbers.type_.ok() || !numbers.space_.ok()) {
-        return corrupt(dataset, "its type or extent cannot be read");
+        return corruptObject(dataset, "its type or extent cannot be read");
     }
     const H5T_class_t kind = H5Tget_class(numbers.type_.get());
     if (kind != H5T_INTEGER && kind != H5T_FLOAT && kind != H5T_ENUM) {
-        return unsupported(dataset, "holds no plain numbers");
+        return unsupportedObject(dataset, "holds no plain numbers");
     }
     numbers.valueBytes_ = H5Tget_size(numbers.type_.get());
     if (numbers.valueBytes_ == 0 || numbers.valueBytes_ > maxValueBytes) {
-        return corrupt(dataset, "has numbers of an impossible size");
+        return corruptObject(dataset, "has numbers of an impossible size");
     }
     numbers.float_ = kind == H5T_FLOAT;
     numbers.nativeFloat_ = H5Tequal(numbers.type_.get(), H5T_NATIVE_FLOAT) > 0;
@@ -158,7 +158,7 @@ Result<H5Numbers> H5Numbers::open(const H5File& file, H5Object dataset, bool col
     MOTE_ASSIGN_OR_RETURN(numbers.extent_, extentOf(dataset, numbers.space_.get()));
     const auto isLong = [](hsize_t length) { return length != 1; };
     if (column && std::ranges::count_if(numbers.extent_, isLong) > 1)
-        return unsupported(dataset, "is a table of several dimensions, not one column");
+        return unsupportedObject(dataset, "is a table of several dimensions, not one column");
     if (file.bp()) {
         MOTE_ASSIGN_OR_RETURN(numbers.bp_, BpValues::open(file.bp(), dataset));
         numbers.dataset_ = std::move(dataset);
@@ -168,7 +168,7 @@ Result<H5Numbers> H5Numbers::open(const H5File& file, H5Object dataset, bool col
     if (H5Pget_layout(creation.get()) == H5D_CHUNKED) {
         MOTE_ASSIGN_OR_RETURN(auto chunks, H5Chunks::open(dataset, numbers.valueBytes_, file.bytes()));
         if (chunks.shape().size() != numbers.extent_.size())
-            return corrupt(dataset, "has chunks of another number of dimensions");
+            return corruptObject(dataset, "has chunks of another number of dimensions");
         ratio = chunks.greatestRatio();
         numbers.chunks_ = std::make_unique<H5Chunks>(std::move(chunks));
     }
@@ -203,7 +203,7 @@ Status H5Numbers::readBp(std::span<const hsize_t> first, std::span<const hsize_t
 Status H5Numbers::convert(std::vector<std::uint8_t>& bytes, std::size_t count, hid_t memoryType,
                           void* values) const {
     if (H5Tconvert(type_.get(), memoryType, count, bytes.data(), nullptr, H5P_DEFAULT) < 0) {
-        return corrupt(dataset_, "its numbers cannot be converted");
+        return corruptObject(dataset_, "its numbers cannot be converted");
     }
     std::memcpy(values, bytes.data(), count * H5Tget_size(memoryType));
     return success();
@@ -233,14 +233,14 @@ Status H5Numbers::readPlain(std::span<const hsize_t> first, std::span<const hsiz
     const H5Handle memory(H5Screate_simple(1, &length, nullptr), H5Sclose);
     if (!first.empty() &&
         H5Sselect_hyperslab(space_.get(), H5S_SELECT_SET, first.data(), nullptr, count.data(), nullptr) < 0) {
-        return corrupt(dataset_, "its extent is damaged");
+        return corruptObject(dataset_, "its extent is damaged");
     }
     const hid_t selection = first.empty() ? H5S_ALL : space_.get();
     if (!memory.ok() ||
         H5Dread(dataset_.handle.get(), memoryType, memory.get(), selection, H5P_DEFAULT, values) < 0) {
-        return corrupt(dataset_, "rows from " +
-                                     std::to_string(first.empty() ? 0 : *std::ranges::max_element(first)) +
-                                     " on cannot be read: the file is damaged");
+        return corruptObject(
+            dataset_, "rows from " + std::to_string(first.empty() ? 0 : *std::ranges::max_element(first)) +
+                          " on cannot be read: the file is damaged");
     }
     return success();
 }
