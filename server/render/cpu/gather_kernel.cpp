@@ -67,6 +67,13 @@ struct CellSums {
         cells[cell].depth += depth;
         touched[cell / Tile::packetPixels] = 1;
     }
+    /// The same of both numbers at once.
+    HWY_INLINE void add(std::uint32_t cell, const PointCell& more) const {
+        const hn::CappedTag<float, 2> two;
+        float* const sums = &cells[cell].weight;
+        hn::StoreU(hn::Add(hn::LoadU(two, sums), hn::LoadU(two, &more.weight)), two, sums);
+        touched[cell / Tile::packetPixels] = 1;
+    }
 };
 
 /// How deep the cells of a level lie, in slabs.
@@ -203,19 +210,25 @@ class TileGather {
             std::size_t hits = std::min(count - k, hn::Lanes(floats));
             if constexpr (inside) {
                 hn::Store(cell, ints, numbers_.data());
-                hn::Store(place, floats, places_.data());
+                storeSums(weight, place);
             } else {
                 const Mask inX = hn::And(hn::Ge(x, zero), hn::Lt(x, edge));
                 const Mask inY = hn::And(hn::Ge(y, zero), hn::Lt(y, edge));
                 const Mask seen =
                     hn::And(hn::And(inX, inY), hn::And(pixel.seen, hn::FirstN(floats, count - k)));
                 hits = storePacked(ints, cell, hn::RebindMask(ints, seen), numbers_.data());
-                storePacked(floats, place, seen, places_.data());
+                HWY_ALIGN std::array<float, mostLanes> places;
+                storePacked(floats, place, seen, places.data());
+                storeSums(weight, hn::Load(floats, places.data()));
             }
-            for (std::size_t hit = 0; hit < hits; ++hit) {
-                sums_.add(static_cast<std::uint32_t>(numbers_[hit]), weight, weight * places_[hit]);
-            }
+            for (std::size_t hit = 0; hit < hits; ++hit)
+                sums_.add(static_cast<std::uint32_t>(numbers_[hit]), added_[hit]);
         }
+    }
+
+    HWY_INLINE void storeSums(float weight, Float place) {
+        const Float each = hn::Set(floats, weight);
+        hn::StoreInterleaved2(each, hn::Mul(each, place), floats, &added_[0].weight);
     }
 
     const PointMap& map_;
@@ -226,7 +239,7 @@ class TileGather {
     const std::array<LevelDepth, deepestLeafLevel + 1> depths_;
     LeafPlaces block_;
     HWY_ALIGN std::array<std::int32_t, mostLanes> numbers_;
-    HWY_ALIGN std::array<float, mostLanes> places_;
+    HWY_ALIGN std::array<PointCell, mostLanes> added_;
 };
 
 template <class Source>

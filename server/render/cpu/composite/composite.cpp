@@ -14,6 +14,7 @@
 #define HWY_TARGET_INCLUDE "server/render/cpu/composite/composite.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target: these are compiled once for each target.
+#include "server/render/cpu/composite/own_walk-inl.h"
 #include "server/render/cpu/composite/packet_walk-inl.h"
 #include "server/render/cpu/composite/smooth_walk-inl.h"
 #include "server/render/cpu/composite/sparse_walk-inl.h"
@@ -92,11 +93,29 @@ HWY_INLINE std::array<PacketWalk, sizeof...(number)> walksOf(const CompositeFram
     return {PacketWalk(frame, packet, number * hn::MaxLanes(Floats()), sights)...};
 }
 
+/// The same of a packet whose points can be added afterwards. False if they cannot, whatever was stored.
+bool compositeOwn(const CompositeFrame& frame, Packet& packet, PacketSights& sights, OwnPoints& room,
+                  std::uint32_t* pixels) {
+    constexpr std::size_t lanes = hn::MaxLanes(Floats());
+    const std::size_t words = bytesPerPixel(frame.format) / sizeof(std::uint32_t);
+    if (frame.sections.size() != 1 || !packet.anyPoints) return false;
+    packet.enter(frame.sections[0]);
+    if (!OwnWalk::suits(frame, packet)) return false;
+    sights.clear();
+    for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes) {
+        OwnWalk walk(frame, packet, lane, sights, room);
+        if (!walk.run()) return false;
+        storePixels(frame, walk.light(), pixels + lane * words);
+    }
+    return true;
+}
+
 /// `pixels`: of the packet, row by row, as words of the picture's format.
-void compositePacket(const CompositeFrame& frame, Packet& packet, PacketSights& sights,
+void compositePacket(const CompositeFrame& frame, Packet& packet, PacketSights& sights, OwnPoints& room,
                      std::uint32_t* pixels) {
     constexpr std::size_t lanes = hn::MaxLanes(Floats());
     const std::size_t words = bytesPerPixel(frame.format) / sizeof(std::uint32_t);
+    if (compositeOwn(frame, packet, sights, room, pixels)) return;
     auto walks = walksOf(frame, packet, sights, std::make_index_sequence<Tile::packetPixels / lanes>());
     for (const auto& section : frame.sections) {
         packet.enter(section);
@@ -131,7 +150,7 @@ void walkNodes(const CompositeFrame& frame, Packet& packet, PacketSights& sights
     for (const auto& section : frame.sections) {
         packet.enter(section);
         sights.clear();
-        for (std::size_t i = 0; i * lanes < nodes.size(); ++i) walks[i].run(section, told[i]);
+        for (std::size_t i = 0; i * lanes < nodes.size(); ++i) walks[i].run(section, told[i], lattice.end());
     }
     for (std::size_t i = 0; i < nodes.size(); ++i)
         if (told[i / lanes].refused(i % lanes)) lattice.refuse(nodes[i]);
@@ -212,7 +231,7 @@ class TileComposite {
         } else if (smooth) {
             HWY_DYNAMIC_DISPATCH(compositeSmooth)(frame_, packet_, *lattice_, pixels);
         } else {
-            HWY_DYNAMIC_DISPATCH(compositePacket)(frame_, packet_, sights_, pixels);
+            HWY_DYNAMIC_DISPATCH(compositePacket)(frame_, packet_, sights_, own_, pixels);
         }
     }
 
@@ -240,6 +259,7 @@ class TileComposite {
     std::unique_ptr<TileLattice> lattice_;  // none: each pixel has rays of its own
     Packet packet_;
     PacketSights sights_;
+    OwnPoints own_;
 };
 
 }  // namespace

@@ -200,7 +200,8 @@ HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, con
     const PartDensity density(rays, partBetween(source, rays, front.way, back.way));
     const V step = hn::Div(hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 0.5F)), pieces);
     Sample from = front;
-    for (float i = 0.0F; i < most; ++i) {
+    float i = 0.0F;
+    while (i < most) {
         const auto counts = hn::And(steep, hn::Lt(hn::Set(d, i), pieces));
         const V way = hn::Min(hn::Add(from.way, step), back.way);
         const TableReads half = density.read(source, rays, way);
@@ -213,6 +214,7 @@ HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, con
             take(hn::IfThenElseZero(counts, far.depth), between, to, far.mean);
         }
         from = to;
+        i += 1.0F;
     }
 }
 
@@ -251,8 +253,8 @@ struct PassedPart {
     Light before;           ///< the light at its front
 
     /// What of the part's loss and gain lies before a way in it, extinction taken as a parabola and its
-    /// colour as even.
-    HWY_INLINE V shareTo(V way) const {
+    /// colour as even, for the rays `here`.
+    HWY_INLINE V shareTo(V way, hn::Mask<Floats> here) const {
         const Floats d;
         const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
         const V whole = hn::Max(hn::Sub(to, from), hn::Set(d, 1e-20F));
@@ -262,7 +264,7 @@ struct PassedPart {
         const V rest = hn::Mul(depthShare, hn::Sub(one, depthShare));
         const V half = hn::Mul(depth, hn::Set(d, 0.5F));
         const V thin = hn::MulAdd(rest, half, depthShare);
-        const auto deep = hn::Gt(depth, hn::Set(d, 0.25F));
+        const auto deep = hn::And(here, hn::Gt(depth, hn::Set(d, 0.25F)));
         if (hn::AllFalse(d, deep)) return thin;
         const V lost = hn::Sub(one, expMinus(hn::Mul(depth, depthShare)));
         const V all = hn::Max(hn::Sub(one, expMinus(depth)), hn::Set(d, 0.1F));
@@ -295,6 +297,7 @@ HWY_INLINE bool nothingIn(const CellReads& cells) {
 
 /// Nobody asks for the light on the way.
 struct NoBorders {
+    HWY_INLINE V mostLeft() const { return hn::Set(Floats(), Light::least); }
     HWY_INLINE void pass(V, const Light&) const {}
     HWY_INLINE void pass(const PassedPart&, const Light&, hn::Mask<Floats>) const {}
     HWY_INLINE void end() const {}
@@ -341,7 +344,7 @@ HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& pack
                          });
             const PassedPart passed{front.way,  back.way, front.slope, reads.middle.extinction,
                                     back.slope, depth,    before};
-            gone = light.gone();
+            gone = light.gone(borders.mostLeft());
             borders.pass(passed, light, steep);
             front = back;
         }

@@ -36,6 +36,22 @@ HWY_INLINE V expMinus(V x) {
     return hn::BitCast(d, hn::Add(hn::BitCast(ints, sum), exponent));
 }
 
+/// -log(x), x from 1e-30 to 1, to about 1e-6.
+HWY_INLINE V minusLog(V x) {
+    const Floats d;
+    const Ints ints;
+    // x = 2^whole * rest, rest from sqrt(1/2) to sqrt(2).
+    const IntV bits = hn::Sub(hn::BitCast(ints, x), hn::Set(ints, 0x3f3504f3));
+    const IntV whole = hn::ShiftRight<23>(bits);
+    const V rest = hn::BitCast(d, hn::Sub(hn::BitCast(ints, x), hn::ShiftLeft<23>(whole)));
+    const V one = hn::Set(d, 1.0F);
+    const V u = hn::Div(hn::Sub(rest, one), hn::Add(rest, one)), square = hn::Mul(u, u);
+    V series = hn::MulAdd(square, hn::Set(d, 2.0F / 7.0F), hn::Set(d, 2.0F / 5.0F));
+    series = hn::MulAdd(square, series, hn::Set(d, 2.0F / 3.0F));
+    series = hn::Mul(u, hn::MulAdd(square, series, hn::Set(d, 2.0F)));
+    return hn::Sub(hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, -0.693147181F)), series);
+}
+
 /// Where the light of a segment of this optical depth, evenly filled, comes from on average: 1/2 where it is
 /// thin, less where its front hides its back. 1/x - 1/(exp(x) - 1), to within 0.025.
 HWY_INLINE V centreOfLight(V depth) {
@@ -141,9 +157,11 @@ struct Light {
     /// The rays by which something is still seen.
     HWY_INLINE hn::Mask<Floats> seen() const { return hn::Gt(left, hn::Zero(Floats())); }
     /// Lets rays end of which so little is left, each by itself; whether all have.
-    HWY_INLINE bool gone() {
+    HWY_INLINE bool gone() { return gone(hn::Set(Floats(), least)); }
+    /// The same where more may be left, of each ray, and nothing more be seen.
+    HWY_INLINE bool gone(V mostLeft) {
         const Floats d;
-        const auto ended = hn::Lt(left, hn::Set(d, least));
+        const auto ended = hn::Lt(left, mostLeft);
         left = hn::IfThenZeroElse(ended, left);
         return hn::AllTrue(d, ended);
     }

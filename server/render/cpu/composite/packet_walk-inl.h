@@ -13,6 +13,8 @@
 #define MOTE_PACKET_WALK_INL_H
 #endif
 
+#include <limits>
+
 #include "server/render/cpu/composite/field_march-inl.h"
 #include "server/render/cpu/composite/field_sight-inl.h"
 #include "server/render/cpu/composite/packet.h"
@@ -28,7 +30,7 @@ class PacketWalk {
     /// Not inlined, for it is called where no target is chosen. `sights`: of the packet in the section that
     /// it goes through, for all vectors of its rays.
     PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane, PacketSights& sights)
-        : frame_(frame), packet_(packet), lane_(lane), known_(sights), dots_(packet, lane) {}
+        : dots_(packet, lane), frame_(frame), packet_(packet), lane_(lane), known_(sights) {}
 
     /// Goes through a section that the packet has entered; from front to back through all of them.
     void run(const FrameSection& section) {
@@ -45,13 +47,15 @@ class PacketWalk {
     }
     const Light& light() const { return light_; }
 
-    /// Likewise through fields alone, telling the light at borders of slabs.
-    void run(const FrameSection& section, ToldBorders& told) {
+    /// Likewise through fields alone, telling the light at borders of slabs; up to slab `end` at most.
+    void run(const FrameSection& section, ToldBorders& told,
+             std::uint32_t end = std::numeric_limits<std::uint32_t>::max()) {
         enter(section);
+        end_ = std::min(end_, end);
         told_ = &told;
         if (!packet_.hitFields().empty() && !light_.gone())
             walkClear(static_cast<float>(section.firstSlab), static_cast<float>(end_));
-        told.tellTo(static_cast<float>(end_), light_);
+        told.tellTo(static_cast<float>(section.endSlab()), light_);
     }
 
   private:
@@ -96,7 +100,9 @@ class PacketWalk {
                 sight = known_.of(f, asked_[f]++, [&] { return look(f, static_cast<float>(slab)); });
             if (sight.visible) visible |= 1U << f;
             const double holds = sight.until;
-            until = std::min(until, sight.visible ? std::max(holds, slab + 2.0 * segment) : holds);
+            // Who goes from cell to cell passes over clear cells in less time than a look takes.
+            const double least = slab + (byCells(1U << f) ? 32.0 : 2.0) * segment;
+            until = std::min(until, sight.visible ? std::max(holds, least) : holds);
         }
         if (visible == 0 || packet_.hitFields().size() == 1) return visible;
         // What is walked ends at a multiple of the segment: another field must not begin before it.
@@ -385,20 +391,20 @@ class PacketWalk {
         hn::Store(sample.blue, d, stored.blue.data());
     }
 
-    const CompositeFrame& frame_;
-    const Packet& packet_;
-    std::size_t lane_;
-    std::uint32_t end_ = 0;  // slab, of the section
-    PacketSights& known_;
-    std::array<std::size_t, Packet::mostFields> asked_;  // sights of each field
-    Light light_;
-    ToldBorders* told_ = nullptr;  // null: nobody is told
     DotCursor dots_;
-    std::array<FieldSight, Packet::mostFields> sights_;
-    std::array<float, Packet::mostFields> frontAt_;  // slab of the front sample
     // The sample at the front of each field, and one beside it.
     std::array<std::array<StoredSample, 2>, Packet::mostFields> samples_;
     std::array<std::uint32_t, Packet::mostFields> front_{};  // which of the two
+    std::array<float, Packet::mostFields> frontAt_;          // its slab
+    Light light_;
+    const CompositeFrame& frame_;
+    const Packet& packet_;
+    std::size_t lane_;
+    PacketSights& known_;
+    ToldBorders* told_ = nullptr;                        // null: nobody is told
+    std::array<std::size_t, Packet::mostFields> asked_;  // sights of each field
+    std::array<FieldSight, Packet::mostFields> sights_;
+    std::uint32_t end_ = 0;  // slab, of the section
 };
 
 }  // namespace mote::render::HWY_NAMESPACE

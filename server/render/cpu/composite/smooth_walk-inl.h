@@ -35,7 +35,8 @@ HWY_INLINE Light between(const Light& from, const Light& to, V share) {
 struct Evenly {
     V tau, red, green, blue;
 
-    /// With u = (from - to) / (from + to) of what is left, tau = 2 artanh(u).
+    /// With u = (from - to) / (from + to) of what is left, tau = 2 artanh(u): to a thousandth for u up to
+    /// 1/2, beyond it the logarithm.
     HWY_INLINE Evenly(const Light& from, const Light& to) {
         const Floats d;
         const V sum = hn::Max(hn::Add(from.left, to.left), hn::Set(d, 1e-12F));
@@ -44,7 +45,14 @@ struct Evenly {
         const V u = hn::Mul(taken, one), square = hn::Mul(u, u);
         V series = hn::MulAdd(square, hn::Set(d, 2.0F / 7.0F), hn::Set(d, 2.0F / 5.0F));
         series = hn::MulAdd(square, series, hn::Set(d, 2.0F / 3.0F));
-        const V scale = hn::Mul(hn::MulAdd(square, series, hn::Set(d, 2.0F)), one);
+        V scale = hn::Mul(hn::MulAdd(square, series, hn::Set(d, 2.0F)), one);
+        const auto much = hn::Gt(u, hn::Set(d, 0.5F));
+        if (!hn::AllFalse(d, much)) {
+            const V share =
+                hn::Div(hn::Max(to.left, hn::Set(d, 1e-12F)), hn::Max(from.left, hn::Set(d, 1e-12F)));
+            const V deep = hn::Div(minusLog(share), hn::Max(taken, hn::Set(d, 1e-12F)));
+            scale = hn::IfThenElse(much, deep, scale);
+        }
         tau = hn::Mul(taken, scale);
         red = hn::Mul(hn::Sub(to.red, from.red), scale);
         green = hn::Mul(hn::Sub(to.green, from.green), scale);

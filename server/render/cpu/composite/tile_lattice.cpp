@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -52,6 +53,43 @@ constexpr std::array<std::array<float, 3>, squareSteps + 1> parabolaWeights{{{1.
                                                                              {-0.125F, 0.75F, 0.375F},
                                                                              {0.0F, 0.0F, 1.0F}}};
 
+/// The slab behind which points hide everything in all pixels of a tile; all slabs where they do not.
+std::uint32_t hiddenFrom(const CompositeFrame& frame, std::span<const TileCells> points) {
+    // exp(-10.5) is half of what is left where rays end.
+    constexpr float opaque = 10.5F;
+    std::uint64_t any = 0;
+    for (const auto& layer : points) {
+        for (std::uint32_t i = 0; i < layer.slabs(); ++i) any |= layer.occupied(i);
+    }
+    std::uint64_t open = ~std::uint64_t{0};
+    if (any != open) return frame.slabs;
+    constexpr std::size_t pairs = Tile::packetPixels / 2;
+    std::array<std::array<Four, pairs>, Tile::packets> hidden{};
+    for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
+        const double far = static_cast<double>(frame.depths[slab].nearest) + frame.depths[slab].thickness;
+        for (std::size_t l = 0; l < points.size(); ++l) {
+            const std::uint32_t own = slab - points[l].firstSlab();  // wraps where the layer begins later
+            if (own >= points[l].slabs()) continue;
+            const FramePointLook& look = frame.points[l];
+            const Four tau = Four{} + (look.byDepth ? static_cast<float>(look.tau / (far * far)) : look.tau);
+            for (std::uint64_t left = points[l].occupied(own) & open; left != 0; left &= left - 1) {
+                const auto packet = static_cast<std::size_t>(std::countr_zero(left));
+                const PointCell* const cells = points[l].slab(own) + packet * Tile::packetPixels;
+                auto isOpen = Four{} > Four{};
+                for (std::size_t i = 0; i < pairs; ++i) {
+                    Four two;  // weight and depth of two cells
+                    std::memcpy(&two, cells + 2 * i, sizeof(two));
+                    hidden[packet][i] += tau * two;
+                    isOpen |= hidden[packet][i] < Four{} + opaque;
+                }
+                if ((isOpen[0] | isOpen[2]) == 0) open &= ~(std::uint64_t{1} << packet);
+            }
+        }
+        if (open == 0) return slab + 1;
+    }
+    return frame.slabs;
+}
+
 }  // namespace
 
 /// How the value of a node follows from every second one of its square.
@@ -72,13 +110,15 @@ struct TileLattice::Following {
 };
 
 TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points)
-    : tile_(tile), rows_(frame.slabs), step_(frame.smooth) {
+    : tile_(tile), end_(hiddenFrom(frame, points)), rows_(frame.slabs), step_(frame.smooth) {
     std::vector<std::uint8_t> occupied(frame.slabs, 0);
     for (const auto& layer : points) {
         for (std::uint32_t i = 0; i < layer.slabs(); ++i)
             if (layer.occupied(i) != 0) occupied[layer.firstSlab() + i] = 1;
     }
-    const FieldReach::Slabs reach = frame.reach.of(tile);
+    FieldReach::Slabs reach = frame.reach.of(tile);
+    reach.end = std::min(reach.end, end_);
+    reach.first = std::min(reach.first, reach.end);
     for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
         if (occupied[slab] == 0) continue;
         // Before the fields all slabs are like one, and so are those behind.

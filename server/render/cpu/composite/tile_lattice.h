@@ -34,6 +34,8 @@ class TileLattice {
     /// The borders of slabs that are to be told, ascending: those around slabs with points where fields may
     /// be, one before and one behind them, and the last; and one that lies beyond all.
     const float* borders() const { return borders_.data(); }
+    /// The slab behind which no pixel shows anything.
+    std::uint32_t end() const { return end_; }
     /// The nodes that are to be walked now.
     std::span<const std::uint32_t> wanted() const { return wanted_; }
     /// Where up to as many nodes as a packet has pixels are; the last is repeated.
@@ -80,6 +82,7 @@ class TileLattice {
     bool agreesBy(std::uint32_t node, const Following& following) const;
 
     const Tile tile_;
+    const std::uint32_t end_;
     std::vector<float> borders_;  // slabs
     std::size_t rowCount_;        // of them, without the one beyond all
     std::vector<std::uint32_t> wanted_;

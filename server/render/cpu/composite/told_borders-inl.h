@@ -10,6 +10,8 @@
 #define MOTE_TOLD_BORDERS_INL_H
 #endif
 
+#include <numeric>
+
 #include "server/render/cpu/composite/field_march-inl.h"
 #include "server/render/cpu/composite/light-inl.h"
 #include "server/render/cpu/composite/tile_lattice.h"
@@ -25,18 +27,29 @@ class ToldBorders {
 
     /// `borders`: slabs, ascending, and one beyond all. `rows`: of each ray, a row for each of the borders.
     HWY_INLINE ToldBorders(const float* borders, const Rows& rows) : borders_(borders), rows_(rows) {}
+    /// Each ray has borders of its own: border k of ray i is borders[k * rays + i], its row likewise, and so
+    /// is what may be left before it if nothing more is seen.
+    HWY_INLINE ToldBorders(const float* borders, const float* mostLeft, TileLattice::Told* rows)
+        : borders_(borders), mostLeft_(mostLeft), step_(rays) {
+        rows_.fill(rows);
+        std::iota(next_.begin(), next_.end(), 0);
+    }
 
     /// The slab of the next border, where it is the same of all rays.
     float next() const { return borders_[next_[0]]; }
     const float* borders() const { return borders_; }
+    /// Null: Light::least.
+    const float* mostLeft() const { return mostLeft_; }
     const std::int32_t* nextOfEach() const { return next_.data(); }
+    /// From one border of a ray to its next.
+    std::int32_t step() const { return step_; }
 
     /// Tells the light at each border up to a slab of each ray, before which it does not change. (No vector
     /// is handed over: a function that takes one leaves its upper half in use, which slows what follows.)
     HWY_NOINLINE void tellTo(const Lanes& until, const Light& light) {
         const Vectors vectors(light);
         for (std::size_t i = 0; i < rays; ++i) {
-            while (borders_[next_[i]] <= until[i]) rows_[i][next_[i]++] = vectors.told[i];
+            for (; borders_[next_[i]] <= until[i]; next_[i] += step_) rows_[i][next_[i]] = vectors.told[i];
         }
     }
     HWY_INLINE void tellTo(float slab, const Light& light) {
@@ -49,7 +62,8 @@ class ToldBorders {
         const Vectors vectors(light);
         for (; which != 0; which &= which - 1) {
             const std::size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero64(which);
-            rows_[i][next_[i]++] = vectors.told[i];
+            rows_[i][next_[i]] = vectors.told[i];
+            next_[i] += step_;
         }
     }
 
@@ -67,7 +81,9 @@ class ToldBorders {
     };
 
     const float* borders_;
+    const float* mostLeft_ = nullptr;
     Rows rows_;
+    std::int32_t step_ = 1;
     std::uint64_t refused_ = 0;
     alignas(64) std::array<std::int32_t, rays> next_{};
 };
@@ -82,6 +98,7 @@ class BorderLights {
           rate_(lanes.rate),
           start_(lanes.start),
           to_(hn::Set(Floats(), to)),
+          mostLeft_(hn::Set(Floats(), Light::least)),
           wrong_(hn::Lt(to_, hn::Zero(Floats()))) {
         // Before a ray enters nothing changes.
         Lanes until;
@@ -99,7 +116,7 @@ class BorderLights {
         const auto much = hn::And(steep, hn::Gt(part.depth, hn::Set(d, 0.25F)));
         wrong_ = hn::Or(wrong_, hn::And(here, much));
         for (; !hn::AllFalse(d, here); here = hn::Le(border_, part.to))
-            tell(here, lightAt(border_, part, light));
+            tell(here, lightAt(here, part, light));
     }
     /// The same of a part that changes nothing.
     HWY_INLINE void pass(V to, const Light& light) {
@@ -107,6 +124,8 @@ class BorderLights {
         for (auto here = hn::Le(border_, to); !hn::AllFalse(d, here); here = hn::Le(border_, to))
             tell(here, light);
     }
+    /// What may be left of each ray if nothing more is seen.
+    HWY_INLINE V mostLeft() const { return mostLeft_; }
     HWY_INLINE void end() {
         std::uint64_t which = 0;
         hn::StoreMaskBits(Floats(), wrong_, reinterpret_cast<std::uint8_t*>(&which));
@@ -119,11 +138,11 @@ class BorderLights {
         hn::StoreMaskBits(Floats(), here, reinterpret_cast<std::uint8_t*>(&which));
         told_->tell(which, light);
         const auto ints = hn::RebindMask(Ints(), here);
-        ahead_ = hn::IfThenElse(ints, hn::Add(ahead_, hn::Set(Ints(), 1)), ahead_);
+        ahead_ = hn::IfThenElse(ints, hn::Add(ahead_, hn::Set(Ints(), told_->step())), ahead_);
         aim();
     }
-    HWY_INLINE static Light lightAt(V border, const PassedPart& part, const Light& light) {
-        const V share = part.shareTo(border);
+    HWY_INLINE Light lightAt(hn::Mask<Floats> here, const PassedPart& part, const Light& light) const {
+        const V share = part.shareTo(border_, here);
         const auto between = [&](V before, V after)
                                  HWY_ATTR { return hn::MulAdd(share, hn::Sub(after, before), before); };
         Light at;
@@ -139,14 +158,18 @@ class BorderLights {
     }
     HWY_INLINE void aim() {
         const Floats d;
-        const auto* const borders = reinterpret_cast<const std::uint8_t*>(told_->borders());
-        const V slab = hn::BitCast(d, gatherWord(borders, hn::ShiftLeft<2>(ahead_)));
+        const IntV offset = hn::ShiftLeft<2>(ahead_);
+        const auto of = [&](const float* numbers) HWY_ATTR {
+            return hn::BitCast(d, gatherWord(reinterpret_cast<const std::uint8_t*>(numbers), offset));
+        };
+        const V slab = of(told_->borders());
+        if (told_->mostLeft() != nullptr) mostLeft_ = of(told_->mostLeft());
         // A border at the end is told when all have come there.
         border_ = hn::IfThenElse(hn::Lt(slab, to_), wayOf(slab), hn::Set(d, 2.0F));
     }
 
     ToldBorders* told_;
-    V rate_, start_, to_;
+    V rate_, start_, to_, mostLeft_;
     IntV ahead_;  // the number of each ray's next border
     V border_;    // its way
     hn::Mask<Floats> wrong_;
