@@ -457,11 +457,12 @@ class Job {
         output.attributes.totalWeight = built.octree.totalWeight;
         MOTE_RETURN_IF_ERROR(makeHeldRows(index, built.counts.particles));
         output.rows = heldRows(built.counts.particles);
+        output.rowsAreRead = !columns_.empty();
         output.ranks = &ranks_;
         output.cancelled = [this] { return progress_.cancelled(); };
         // The disk gets the file while it is hashed, so that publishing need not wait.
         output.written = [&] { writeback_.begin(dataset_->directory() / entry.file()); };
-        output.complete = [&](auto hash) { return takeFile(entry.file(), std::move(hash)); };
+        output.complete = [&](auto hash) { dataset_->writer().add(entry.file(), std::move(hash)); };
         MOTE_ASSIGN_OR_RETURN(const auto places, writeBuiltStep(built, output));
         places_.push_back(places);
         return ranks_.first() ? dataset_->writer().add(entry.digest(), output.cancelled) : success();
@@ -495,8 +496,9 @@ class Job {
             MOTE_ASSIGN_OR_RETURN(auto points,
                                   storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
             if (rowBytes_ > 0) points.holdRows(heldRows(entry.particles()));
-            auto sampled =
-                ColumnSample::make(points, entry.particles(), columns_.sources(), lost_, progress_);
+            // No column, nothing to choose a coding for.
+            const std::uint64_t among = columns_.columns.empty() ? 0 : entry.particles();
+            auto sampled = ColumnSample::make(points, among, columns_.sources(), lost_, progress_);
             MOTE_RETURN_IF_ERROR(agree(ranks_, sampled));
             StepStatistics statistics(statisticsRequest(i, *sampled));
             MOTE_RETURN_IF_ERROR(statistics.begin());
@@ -593,13 +595,6 @@ class Job {
             column.set_min(range.min);
             column.set_max(range.max);
         }
-    }
-
-    /// Hashes the file unless that was done.
-    Status takeFile(const std::string& name, std::optional<storage::FileHash> hash) {
-        if (!hash) return dataset_->writer().add(name, [this] { return progress_.cancelled(); });
-        dataset_->writer().add(name, *std::move(hash));
-        return success();
     }
 
     Status finish() {

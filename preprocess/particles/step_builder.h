@@ -67,10 +67,10 @@ struct StepOutput {
     std::function<bool()> cancelled;
     /// One for each point, which becomes its row; empty: none are held. One rank alone may hold them.
     std::span<std::uint32_t> rows = {};
-    /// Called by rank 0 when all is written; the file's hash is found then, which is handed to `complete`.
+    bool rowsAreRead = true;  ///< soon, by which columns are put in order
+    /// Called by rank 0 when all is written; then the file's hash is found, which is handed to `complete`.
     std::function<void()> written;
-    /// Called by rank 0, with the hash unless it is to be found there while the other ranks read the file.
-    std::function<Status(std::optional<storage::FileHash>)> complete;
+    std::function<void(storage::FileHash)> complete;  ///< called by rank 0
 };
 
 /// Makes NAME.h5 and NAME.digest; returns where the arrays lie in it. Errors: resourceExhausted (disk full),

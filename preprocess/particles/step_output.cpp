@@ -294,18 +294,17 @@ class StepFiles {
     Result<StepFile::Places> run() {
         MOTE_RETURN_IF_ERROR(openFile());
         if (!output_.rows.empty()) file_->holdRows(output_.rows);
-        if (ranks_.size() == 1) file_->hashAhead(output_.cancelled);
+        if (!output_.rowsAreRead) file_->leaveRows();
+        if (ranks_.first()) file_->hashAhead(output_.cancelled);
         PointOutput points(step_, *file_, ranks_, output_.cancelled);
         Status tree = success();
         Status written = success();
         tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
         MOTE_RETURN_IF_ERROR(written);
         MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
-        file_->complete(StepArray::pointPosition);
-        file_->complete(StepArray::pointRow);
+        completeTo(StepArray::previewPoint);
         MOTE_RETURN_IF_ERROR(points.writePreview());
-        file_->complete(StepArray::previewPoint);
-        file_->complete(StepArray::previewThreshold);
+        completeTo(static_cast<StepArray>(storage::stepArrays.size()));
         MOTE_RETURN_IF_ERROR(hash());
         return file_->places();
     }
@@ -335,8 +334,14 @@ class StepFiles {
     template <class T>
     Status write(StepArray which, const std::vector<T>& values) {
         MOTE_RETURN_IF_ERROR(file_->write(which, 0, std::as_bytes(std::span(values))));
-        file_->complete(which);
+        if (ranks_.size() == 1) file_->complete(which);
         return success();
+    }
+
+    /// All ranks have written what stands before an array in the file.
+    void completeTo(StepArray end) {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(end); ++i)
+            file_->complete(static_cast<StepArray>(i));
     }
 
     /// Octree, leaves and volume, which all ranks know: each writes some.
@@ -362,50 +367,15 @@ class StepFiles {
                           [&](std::size_t i) { return i % size == rank ? parts[i]() : success(); });
     }
 
-    Status hash() {
-        if (ranks_.first()) output_.written();
-        if (ranks_.size() > 1) return hashShared();
+    /// By rank 0, while the others see to it that the disk gets what they wrote.
+    Status hash() { return agree(ranks_, ranks_.first() ? hashWhole() : file_->sync()); }
+
+    Status hashWhole() {
+        output_.written();
         MOTE_ASSIGN_OR_RETURN(auto hashes, file_->hashes(output_.cancelled));
-        MOTE_RETURN_IF_ERROR(output_.complete(std::move(hashes.whole)));
-        return writeDigest({hashes.blocks});
-    }
-
-    /// Blocks by all ranks but the first, which meanwhile looks at the whole file.
-    Status hashShared() {
-        const std::uint64_t blocks = file_->blockCount();
-        const auto others = static_cast<std::uint64_t>(ranks_.size()) - 1;
-        const auto rank = static_cast<std::uint64_t>(ranks_.rank());
-        const std::uint64_t begin = rank == 0 ? 0 : blocks * (rank - 1) / others;
-        const std::uint64_t end = blocks * rank / others;
-        Result<std::vector<std::uint64_t>> mine(std::vector<std::uint64_t>{});
-        Status complete = success();
-        tbb::parallel_invoke(
-            [&] { mine = hashBlocks(begin, end); },
-            [&] { complete = ranks_.first() ? output_.complete(std::nullopt) : file_->sync(); });
-        MOTE_RETURN_IF_ERROR(agree(ranks_, mine.ok() ? complete : Status(mine.error())));
-        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::uint64_t>(ranks_, *mine));
-        return agree(ranks_, ranks_.first() ? writeDigest(all) : success());
-    }
-
-    Result<std::vector<std::uint64_t>> hashBlocks(std::uint64_t begin, std::uint64_t end) {
-        constexpr std::uint64_t together = 16;
-        std::vector<std::uint64_t> hashes(end - begin);
-        const auto hashPart = [&](std::uint64_t part) -> Status {
-            if (output_.cancelled()) return wasCancelled();
-            const std::uint64_t from = begin + part * together;
-            MOTE_ASSIGN_OR_RETURN(const auto some, file_->hashBlocks(from, std::min(end, from + together)));
-            std::copy(some.begin(), some.end(), hashes.begin() + static_cast<std::ptrdiff_t>(from - begin));
-            return success();
-        };
-        MOTE_RETURN_IF_ERROR(inParallel((hashes.size() + together - 1) / together, hashPart));
-        return hashes;
-    }
-
-    Status writeDigest(const std::vector<std::vector<std::uint64_t>>& hashes) {
-        std::vector<std::uint64_t> blocks;
-        for (const auto& part : hashes) blocks.insert(blocks.end(), part.begin(), part.end());
+        output_.complete(std::move(hashes.whole));
         return storage::writeNewFile(output_.directory / (output_.name + ".digest"),
-                                     toJson(file_->digest(shape_, blocks)));
+                                     toJson(file_->digest(shape_, hashes.blocks)));
     }
 
     const BuiltStep& step_;

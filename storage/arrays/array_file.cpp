@@ -173,7 +173,7 @@ Status ArrayFileWriter::read(std::size_t array, std::uint64_t at, std::span<std:
 }
 
 HashPass::File ArrayFileWriter::forHashes() const {
-    return {file_.get(), path_, places_, cache_};
+    return {file_.get(), path_, places_, std::vector(places_.size(), cache_)};
 }
 
 void ArrayFileWriter::hashAhead(std::function<bool()> cancelled, HashPass::Held held) {

@@ -129,7 +129,8 @@ Status HashPass::read(const Piece& piece, std::span<std::byte> bytes) const {
     if (piece.array && file_.held &&
         file_.held(*piece.array, piece.offset - file_.places[*piece.array].offset, bytes))
         return success();
-    return readAt(file_.descriptor, piece.offset, bytes, file_.path, file_.cache);
+    return readAt(file_.descriptor, piece.offset, bytes, file_.path,
+                  piece.array ? file_.cache[*piece.array] : PageCache::kept);
 }
 
 /// `bytes`: becomes what the piece holds.

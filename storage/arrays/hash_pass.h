@@ -35,8 +35,8 @@ class HashPass {
         int descriptor = -1;
         std::filesystem::path path;
         std::vector<ArrayPlace> places;
-        PageCache cache = PageCache::kept;
-        Held held = {};  ///< may be empty
+        std::vector<PageCache> cache;  ///< by array; what lies between them is kept
+        Held held = {};                ///< may be empty
     };
 
     /// `cancelled` may be empty; it is asked from any thread, between pieces of some MiB.

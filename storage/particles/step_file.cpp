@@ -158,31 +158,11 @@ Status StepFile::sync() const {
     return systemError(errno, path_.string(), "cannot be written to the disk");
 }
 
-std::uint64_t StepFile::blockCount() const {
-    std::uint64_t count = 0;
-    for (const auto& place : places_) count += blocksOf(place.bytes);
-    return count;
-}
-
-Result<std::vector<std::uint64_t>> StepFile::hashBlocks(std::uint64_t begin, std::uint64_t end) const {
-    std::vector<std::uint64_t> hashes;
-    std::vector<std::byte> buffer(blockBytes);
-    std::uint64_t first = 0;
-    for (const auto& place : places_) {
-        const std::uint64_t last = first + blocksOf(place.bytes);
-        for (auto block = std::max(begin, first); block < std::min(end, last); ++block) {
-            const std::uint64_t at = (block - first) * blockBytes;
-            const auto bytes = std::span(buffer).first(std::min(blockBytes, place.bytes - at));
-            MOTE_RETURN_IF_ERROR(readAt(file_.get(), place.offset + at, bytes, path_));
-            hashes.push_back(hashBlock(bytes));
-        }
-        first = last;
-    }
-    return hashes;
-}
-
 HashPass::File StepFile::forHashes() const {
-    HashPass::File file{file_.get(), path_, {places_.begin(), places_.end()}};
+    HashPass::File file{file_.get(), path_, {places_.begin(), places_.end()}, {}};
+    file.cache.assign(places_.size(), PageCache::kept);
+    file.cache[static_cast<std::size_t>(StepArray::pointPosition)] = cacheFor(places_);
+    if (rowsUnread_) file.cache[static_cast<std::size_t>(StepArray::pointRow)] = cacheFor(places_);
     file.held = [this](std::size_t array, std::uint64_t at, std::span<std::byte> bytes) {
         const bool held = static_cast<StepArray>(array) == StepArray::pointRow && !rows_.empty();
         if (held) readHeld(at, bytes);
@@ -234,8 +214,8 @@ Status writeStep(const std::filesystem::path& directory, const std::string& name
     const auto shape = shapeOf(content);
     MOTE_ASSIGN_OR_RETURN(const auto file, StepFile::create(directory / (name + ".h5"), shape, content));
     MOTE_RETURN_IF_ERROR(writeArrays(file, content));
-    MOTE_ASSIGN_OR_RETURN(const auto blocks, file.hashBlocks(0, file.blockCount()));
-    return writeNewFile(directory / (name + ".digest"), toJson(file.digest(shape, blocks)));
+    MOTE_ASSIGN_OR_RETURN(const auto hashes, file.hashes({}));
+    return writeNewFile(directory / (name + ".digest"), toJson(file.digest(shape, hashes.blocks)));
 }
 
 std::string stepName(std::uint32_t step) {

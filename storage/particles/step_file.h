@@ -3,7 +3,7 @@
 // StepFile: a step file while it is written, by any number of threads and processes. One of them makes it:
 // HDF5 lays it out and writes what describes it. The arrays then go to their places without HDF5, by whoever
 // has a part of them: a full disk is an errno and not a library in disorder, and no process needs another's
-// HDF5. Move-only; write() and hashBlocks() may be called from any thread.
+// HDF5. Move-only; write() may be called from any thread.
 //
 // Writes a whole step file, NAME.h5, and its digest, NAME.digest, from arrays in memory; who has them in
 // pieces takes StepFile. The same content gives the same bytes. One call at a time in a process: HDF5 is not
@@ -49,6 +49,9 @@ class StepFile {
     /// outlives this. What stands in it counts as written.
     void holdRows(std::span<std::uint32_t> rows);
 
+    /// Says before hashAhead() that nobody reads rows of points soon: they stay out of the system's cache.
+    void leaveRows() { rowsUnread_ = true; }
+
     /// Bytes of an array, from its byte `at` on; of rows of points, whole ones. Errors: resourceExhausted
     /// (disk full), internal.
     Status write(StepArray which, std::uint64_t at, std::span<const std::byte> bytes) const;
@@ -65,13 +68,8 @@ class StepFile {
     /// Asks the kernel to put what this process wrote on the disk. Errors: resourceExhausted, internal.
     Status sync() const;
 
-    /// The digest's blocks, those of all arrays counted in turn.
-    std::uint64_t blockCount() const;
-    /// Hashes blocks [begin, end) of what was written, by whomever. Errors: internal.
-    Result<std::vector<std::uint64_t>> hashBlocks(std::uint64_t begin, std::uint64_t end) const;
-
     struct Hashes {
-        std::vector<std::uint64_t> blocks;  ///< all of them
+        std::vector<std::uint64_t> blocks;  ///< those of the digest, of all arrays in turn
         FileHash whole;
     };
     /// Of what was written, by whomever, read back once, on all threads of the calling arena. `cancelled` is
@@ -92,7 +90,8 @@ class StepFile {
     std::filesystem::path path_;
     FileDescriptor file_;
     Places places_;
-    std::span<std::uint32_t> rows_;   ///< by point; empty: they are not held
+    std::span<std::uint32_t> rows_;  ///< by point; empty: they are not held
+    bool rowsUnread_ = false;
     std::unique_ptr<HashPass> pass_;  ///< since hashAhead(); it reads the file above
 };
 

@@ -73,7 +73,7 @@ class BeamStep {
         writeTree();
         writePoints();
         writePreview();
-        const auto blocks = require(file_->hashBlocks(0, file_->blockCount()));
+        const auto blocks = require(file_->hashes({})).blocks;
         require(storage::writeNewFile(directory / (name + ".digest"), toJson(file_->digest(shape, blocks))));
     }
 
