@@ -243,8 +243,9 @@ void addOutlookOptions(const cli::Command& command, proto::JobRequest& request) 
     fieldOption(command, request, "up").valueName("AXIS");
     fieldOption(command, request, "front").valueName("AXIS");
     std::vector<std::string> units;
+    units.reserve(ownLengthUnits.size());
     for (const auto& unit : ownLengthUnits) units.emplace_back(unit.name);
-    fieldOption(command, request, "unit").oneOf(std::move(units)).valueName("UNIT");
+    fieldOption(command, request, "unit").oneOf(units).valueName("UNIT");
 }
 
 void runWhenChosen(const cli::Command& command, CommandLine& line, const std::shared_ptr<AskedJob>& job,

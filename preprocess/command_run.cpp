@@ -65,6 +65,7 @@ Result<std::vector<RunPart>> partsOf(const CommandLine& line, const RunArguments
         if (species.empty()) species.emplace_back();
     }
     std::vector<RunPart> parts;
+    parts.reserve(species.size());
     for (const auto& name : species) parts.push_back({name, false});
     if (!options.meshes.empty()) {
         for (const auto& name : splitNames(options.meshes)) parts.push_back({name, true});
@@ -98,10 +99,10 @@ proto::JobRequest requestOf(const RunArguments& options, const RunPart& part) {
 Result<std::array<double, 16>> placeOf(const RunPart& part, const proto::ParticlesManifest& first) {
     std::array<double, 16> place{};
     place[15] = 1.0;
-    for (int i = 0; i < 3; ++i) {
+    auto* row = place.data();
+    for (int i = 0; i < 3; ++i, row += 4) {
         const auto& axis = first.axes(i);
         const double extent = axis.max() - axis.min();
-        auto* const row = &place[static_cast<std::size_t>(4 * i)];
         row[3] = -(axis.max() + axis.min()) / extent;
         if (!part.mesh) {
             const auto& own = part.manifest.particles().axes(i);
@@ -200,6 +201,7 @@ Status writeView(std::vector<RunPart>& parts, DraftFile& draft) {
 void say(const CommandLine& line, const std::vector<RunPart>& parts, const fs::path& view) {
     if (line.quiet && !line.json) return;
     std::vector<JsonObject> made;
+    made.reserve(parts.size());
     for (const auto& part : parts)
         made.push_back(JsonObject()
                            .add("kind", part.mesh ? "hybrid" : "particles")

@@ -565,9 +565,10 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
     MOTE_RETURN_IF_ERROR(sink->open(options.resume));
     const auto order = orderOf(options, *film, keeps);
     std::vector<PictureServer*> places;
+    places.reserve(servers.size());
     for (const auto& server : servers) places.push_back(server.get());
     ProgressBar bar(!options.quiet, options.progressDescriptor);
-    const auto drawn = FilmRun(order, places, known.key, *sink, wakeup, interrupt).run(bar);
+    auto drawn = FilmRun(order, places, known.key, *sink, wakeup, interrupt).run(bar);
     if (!drawn.ok()) tellKept(options, *sink);
     return drawn;
 }

@@ -133,6 +133,7 @@ Status PrivateServer::execute(const ServerCommand& command, const Interrupt& int
     std::filesystem::create_directory(folder_.path() / "state", code);
     auto texts = commandLine(command, folder_.path(), connectionFile());
     std::vector<char*> words;
+    words.reserve(texts.size() + 1);
     for (auto& text : texts) words.push_back(text.data());
     words.push_back(nullptr);
     std::array<int, 2> pipe{};

@@ -123,7 +123,7 @@ Status AskedRun::ask(const proto::Query& query, const std::vector<std::size_t>& 
     const auto answers = std::make_shared<std::deque<Result<QueryAnswer>>>();
     const auto request = server_->line().query(
         query, [answers](Result<QueryAnswer> answer) { answers->push_back(std::move(answer)); });
-    const auto told = [&]() -> Status {
+    auto told = [&]() -> Status {
         for (std::size_t i = 0; i < steps.size(); ++i) {
             MOTE_RETURN_IF_ERROR(server_->waitUntil([&] { return !answers->empty(); }));
             const auto answer = std::move(answers->front());
@@ -317,7 +317,7 @@ Status exportOpenPmd(const StatsOptions& options, AskedRun& run) {
         server.line().submitJob(request, std::move(reply));
     }));
     MOTE_ASSIGN_OR_RETURN(const auto job, madeBy(server, submitted.id(), options.quiet));
-    const auto fetched = fetch(server, job, options.exported);
+    auto fetched = fetch(server, job, options.exported);
     // The server need not keep it: a finished export that is cancelled is removed.
     server.line().cancelJob(job.id(), {});
     server.farewell();

@@ -154,6 +154,8 @@ class Decoder {
         if (!std::isfinite(encoded)) return encoded;
         if (srgb_ && encoded >= 0.0F && encoded <= 1.0F) {
             // 8 and 16 bits fall on entries; floats that say they are sRGB are off by 1/131070 at most.
+            // Never negative, and std::lround would be a call for each sample:
+            // NOLINTNEXTLINE(bugprone-incorrect-roundings)
             return table_[static_cast<std::size_t>(encoded * 65535.0F + 0.5F)];
         }
         if (srgb_) return static_cast<float>(srgbToLinear(encoded));

@@ -113,7 +113,7 @@ constexpr std::array<NrrdEncodingName, 9> nrrdEncodings{{{"raw", NrrdHeader::Enc
 // Streams that NRRD alone wraps its numbers in: bzip2, and hexadecimal text. Each owns the one it reads; one
 // thread at a time.
 
-constexpr std::size_t packedBuffer = 256 * 1024;
+constexpr std::size_t packedBuffer = std::size_t{256} * 1024;
 // Blocks of 900,000 bytes, of which runs of 255 are five bytes before they are packed, take 32 bytes at
 // least.
 constexpr std::uint64_t bzip2Ratio = 900'000 / 5 * 255 / 32;

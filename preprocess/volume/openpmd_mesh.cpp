@@ -106,7 +106,7 @@ Result<std::vector<std::string>> fieldNames(const H5File& file, const H5Object& 
         }
         MOTE_ASSIGN_OR_RETURN(const auto components, file.children(*object));
         if (components.empty()) names.push_back(record);  // a constant
-        for (const auto& component : components) names.push_back(record + "/" + component);
+        for (const auto& component : components) names.push_back(fmt::format("{}/{}", record, component));
     }
     return names;
 }

@@ -171,14 +171,17 @@ void startElement(void* data, const char* name, const char** attributes) {
     const auto element = full.substr(full.rfind(':') == std::string_view::npos ? 0 : full.rfind(':') + 1);
     Words words;
     for (; attributes[0] != nullptr; attributes += 2) words.emplace(attributes[0], attributes[1]);
-    if (element == "Pixels" && ++ome.images == 1) ome.pixels = std::move(words);
+    if (element == "Pixels" && ++ome.images == 1) ome.pixels = words;
     if (ome.images != 1 || ome.tiffData.size() + ome.channels.size() > VolumeShape::maxDimension) return;
-    if (element == "TiffData") ome.tiffData.push_back(std::move(words));
-    if (element == "Channel") ome.channels.push_back(std::move(words));
-    if (element != "UUID") return;
-    const auto file = wordOf(words, "FileName");
-    if (ome.fileName.empty()) ome.fileName = file;
-    ome.elsewhere = ome.elsewhere || file != ome.fileName;
+    if (element == "TiffData") {
+        ome.tiffData.push_back(std::move(words));
+    } else if (element == "Channel") {
+        ome.channels.push_back(std::move(words));
+    } else if (element == "UUID") {
+        const auto file = wordOf(words, "FileName");
+        if (ome.fileName.empty()) ome.fileName = file;
+        ome.elsewhere = ome.elsewhere || file != ome.fileName;
+    }
 }
 
 bool parseOme(const std::string& text, OmeText& ome) {

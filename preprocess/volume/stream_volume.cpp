@@ -20,7 +20,7 @@ constexpr std::size_t bytesAtOnce = 1u << 20;
 constexpr double mostSamples = 0x1p59;          // times 8 bytes is a number of 64 bits
 constexpr std::uint64_t mostBehind = 1u << 16;  // bytes behind the last value of a compressed stream
 
-constexpr std::size_t numberBuffer = 256 * 1024;
+constexpr std::size_t numberBuffer = std::size_t{256} * 1024;
 constexpr std::size_t longestWord = 128;
 
 /// The type of "uint8", "float", "f32"; none of other words.

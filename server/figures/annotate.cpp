@@ -123,7 +123,7 @@ class AxisLabels {
                 return std::nullopt;
             own.push_back(quad);
             for (const auto& corner : quad) reach = std::max(reach, glm::dot(corner - at, out_));
-            if (room_.free(quad)) made.labels.push_back(label);
+            if (room_.isFree(quad)) made.labels.push_back(label);
         }
         made.title = titleOf(ticks, reach + look_.gap(), own);
         made.worth = static_cast<double>(made.labels.size()) /
@@ -149,7 +149,7 @@ class AxisLabels {
             const Quad quad = quadOf(title, room_.typeface());
             const bool over =
                 std::any_of(own.begin(), own.end(), [&](const Quad& other) { return meet(quad, other); });
-            if (!over && room_.free(quad)) return title;
+            if (!over && room_.isFree(quad)) return title;
         }
         return std::nullopt;
     }
@@ -277,7 +277,7 @@ std::function<glm::dvec3(double)> colorByDensity(const LayerFacts& facts) {
 
 /// The same of layers in which densities have the same colours.
 std::string sameDensityColors(const LayerFacts& facts) {
-    const std::string map(facts.transfer->colorMap.name());
+    std::string map(facts.transfer->colorMap.name());
     if (!facts.points) return map;
     return fmt::format("{} {} {} {}", map, facts.points->x, facts.points->y, facts.points->z);
 }
@@ -404,7 +404,7 @@ void addColorBars(const View& view, const std::vector<LayerFacts>& layers, Annot
         const double middle = each * (static_cast<double>(i) + 0.5);
         const Box box{{right - barWidth * look.font, middle - 0.5 * height}, {right, middle + 0.5 * height}};
         const Box taken{box.low - 0.6 * look.font, {room.picture().high.x, box.high.y + 0.6 * look.font}};
-        if (!room.free(quadOf(taken))) continue;
+        if (!room.isFree(quadOf(taken))) continue;
         addColorBar(box, axes[i], bars[i].color, look, room.typeface(), room.marks());
         room.take(quadOf(taken));
     }
@@ -465,7 +465,7 @@ void addScaleBar(const View& view, const std::vector<LayerFacts>& layers, Annota
         room.text(lengthText(length, world->unit),
                   0.5 * (left + right) - glm::dvec2(0.0, look.tick() + look.gap()), {0.5, 1.0});
     const Box taken{{left.x, boxAround(quadOf(label, room.typeface())).low.y}, right + end};
-    if (!room.free(label) || !room.free(quadOf(taken))) return;
+    if (!room.isFree(label) || !room.isFree(quadOf(taken))) return;
     for (const auto& line :
          {std::pair(left, right), std::pair(left - end, left + end), std::pair(right - end, right + end)})
         room.marks().push_back(LineMark{{line.first, line.second}, 2.0 * look.line, look.ink});

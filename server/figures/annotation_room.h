@@ -15,8 +15,8 @@ namespace mote::server {
 
 class AnnotationRoom {
   public:
-    AnnotationRoom(std::uint32_t width, std::uint32_t height, PlotLook look)
-        : picture_{{0.0, 0.0}, {width, height}}, look_(std::move(look)) {}
+    AnnotationRoom(std::uint32_t width, std::uint32_t height, const PlotLook& look)
+        : picture_{{0.0, 0.0}, {width, height}}, look_(look) {}
 
     const Box& picture() const { return picture_; }
     const PlotLook& look() const { return look_; }
@@ -24,8 +24,8 @@ class AnnotationRoom {
     Marks& marks() { return marks_; }
 
     /// Whether a text would lie in the picture and over nothing.
-    bool free(const TextMark& text) const { return free(quadOf(text, typeface_)); }
-    bool free(const Quad& quad) const {
+    bool isFree(const TextMark& text) const { return isFree(quadOf(text, typeface_)); }
+    bool isFree(const Quad& quad) const {
         if (!picture_.holds(boxAround(quad))) return false;
         for (const auto& other : taken_) {
             if (meet(quad, other)) return false;

@@ -93,7 +93,7 @@ void addTitle(const std::string& title, AnnotationRoom& room) {
     auto text = room.text(shortened(upright(title), font, width, room.typeface()),
                           {room.picture().center().x, edgeMargin * look.font}, {0.5, 0.0});
     text.size = font;
-    if (room.free(text)) room.put(text);
+    if (room.isFree(text)) room.put(text);
 }
 
 void addWords(const View& view, const std::vector<LayerFacts>& layers, AnnotationRoom& room) {
@@ -116,7 +116,7 @@ void addWords(const View& view, const std::vector<LayerFacts>& layers, Annotatio
     for (auto& line : lines) {
         const auto text = room.text(shortened(std::move(line), look.font, width, room.typeface()),
                                     {edgeMargin * look.font, y}, {0.0, 0.0});
-        if (!room.free(text)) return;
+        if (!room.isFree(text)) return;
         room.put(text);
         y += lineHeight * look.font;
     }

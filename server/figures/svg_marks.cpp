@@ -164,7 +164,7 @@ std::string shortNumber(double value, int decimals) {
 }
 
 std::string hexColor(const glm::vec3& color) {
-    const auto byte = [](float value) { return static_cast<int>(value * 255.0F + 0.5F); };
+    const auto byte = [](float value) { return std::lround(value * 255.0F); };
     return fmt::format("#{:02x}{:02x}{:02x}", byte(color.x), byte(color.y), byte(color.z));
 }
 

@@ -126,7 +126,7 @@ Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
                 group.where + "@gamma_ref",
                 "is missing: position has t in place of z, which is read relative to a reference particle");
         }
-        reference_ = std::move(reference);
+        reference_ = reference;
         if (!reference_->known()) {
             notes_.push_back(
                 "the reference particle has no gamma (as in ImpactX' file of lost particles): z and momenta "
