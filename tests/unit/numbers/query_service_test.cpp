@@ -226,7 +226,7 @@ TEST_F(QueryServiceTest, StopsSoon) {
     if (taker_.next(0ms)) GTEST_SKIP() << "this machine is too fast for it";
     service->cancel(ticket);
     const auto asked = std::chrono::steady_clock::now();
-    while (service->underWay() > 0 && std::chrono::steady_clock::now() - asked < 10s)
+    while (service->underWay() > 0 && std::chrono::steady_clock::now() - asked < 60s)
         std::this_thread::sleep_for(1ms);
     EXPECT_EQ(service->underWay(), 0U);
     RecordProperty("ms", static_cast<int>((std::chrono::steady_clock::now() - asked) / 1ms));
