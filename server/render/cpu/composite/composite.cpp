@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/render/cpu/composite/own_points.h"
 #include "server/render/cpu/composite/packet.h"
 #include "server/render/cpu/composite/tile_lattice.h"
 
