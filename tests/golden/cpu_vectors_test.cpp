@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/value_sums.h"
 #include "server/render/layers/make_frame_plan.h"
@@ -149,6 +150,39 @@ TEST(CpuVectors, NearestValuesAreTheLeastOfEachLeafAlone) {
             auto alone = sums({leaves.data(), 1});
             for (std::size_t i = 1; i < leaves.size(); ++i) alone.add(sums({leaves.data() + i, 1}));
             EXPECT_EQ(sums(leaves).words, alone.words);
+        }
+    }
+}
+
+// As many points as a pixel needs to hide all that is behind them are counted while the nearest are looked
+// for, also those that lie behind.
+TEST(CpuVectors, WhoLooksForTheNearestCountsThePoints) {
+    for (const char* name : {"haloOnly", "orthographicInside", "twoLayers"}) {
+        for (const double opacity : {0.05, 0.99}) {
+            SCOPED_TRACE(name);
+            auto scene = makeScene(name);
+            scene.view.width = 61;
+            scene.view.height = 43;
+            auto plan = render::makeFramePlan(scene, Quality::exact());
+            colorByValue(plan, true);
+            for (auto& points : plan.points) {
+                points.look.size = 1.0;
+                points.look.light = 0.0;
+                points.look.opacity = 1e-6;  // no pixel is full
+                render::ResidentLeaves resident;
+                const auto cells =
+                    resident.of(points.step).upTo(*points.step, points.selection->drawn.size());
+                render::FlatPoints flat;
+                ASSERT_TRUE(flat.draw(plan, points, cells, nullptr, PixelFormat::srgb8, {}));
+                points.look.opacity = opacity;
+                const render::FullCount full = render::fullOfAnyColor(points.look);
+                const auto sums = render::valueSums(plan, points, cells, std::stop_token(), true).value();
+                EXPECT_EQ(sums.counted, flat.pointsDrawn());
+                for (std::size_t i = 0; i < flat.counts().size(); ++i)
+                    EXPECT_EQ(std::min<std::uint64_t>(sums.words[2 * i + 1], full),
+                              std::min(flat.counts()[i], full))
+                        << i;
+            }
         }
     }
 }

@@ -72,11 +72,11 @@ bool CpuPicture::prepareInTurns(const std::stop_token& pause) {
 
 /// False where it was stopped.
 bool CpuPicture::prepare(const std::stop_token& stop) {
-    auto colors = frameColors(plan_, parts_.leaves, stop);
+    const auto only = flatPoints(plan_, parts_.fields.of(plan_));
+    auto colors = frameColors(plan_, parts_.leaves, stop, only.has_value());
     if (!colors) return false;
     colors_ = *std::move(colors);
-    if (const auto only = flatPoints(plan_, parts_.fields.of(plan_)))
-        return drawFlat(plan_.points[*only], colors_[*only].get(), stop);
+    if (only) return drawFlat(plan_.points[*only], colors_[*only].get(), stop);
     if (!points_.sort(plan_, parts_.leaves, &parts_.groups, colors_, stop)) return false;
     dots_.sort(plan_, stop);
     if (stop.stop_requested()) return false;
@@ -86,7 +86,7 @@ bool CpuPicture::prepare(const std::stop_token& stop) {
 
 bool CpuPicture::drawFlat(const PointsPlan& only, const PixelColors* colors, const std::stop_token& stop) {
     if (colors != nullptr && !colors->counts().empty()) {
-        flat_.take(colors->counts());
+        flat_.take(colors->counts(), colors->pointsCounted());
     } else {
         const auto cells = parts_.leaves.of(only.step).upTo(*only.step, only.selection->drawn.size());
         if (!flat_.draw(plan_, only, cells, colors, picture_.format, stop)) return false;

@@ -63,6 +63,7 @@ class Counting {
             const auto unit = static_cast<float>(discUnit(layer.look));
             discs_.emplace(FlatDiscs{disc.reach(), {}});
             std::transform(disc.weights().begin(), disc.weights().end(), discs_->units.begin(),
+                           // As in PointFootprint: NOLINTNEXTLINE(bugprone-incorrect-roundings)
                            [unit](float weight) { return static_cast<std::uint32_t>(weight * unit + 0.5F); });
         }
     }
@@ -138,6 +139,7 @@ Pixel encoded(const glm::vec3& light) {
         return table;
     }();
     const auto byteOf = [](float x) {
+        // As in PointFootprint: NOLINTNEXTLINE(bugprone-incorrect-roundings)
         return bytes[static_cast<std::size_t>(std::clamp(x, 0.0F, 1.0F) * steps + 0.5F)];
     };
     return {byteOf(light.x), byteOf(light.y), byteOf(light.z), 255};
@@ -145,9 +147,15 @@ Pixel encoded(const glm::vec3& light) {
 
 /// The count that hides all, whatever its colour: what is left is as little as where rays end. `tau`: of a
 /// count of one.
-double fullOfAnyColor(double tau) {
+double hidingCount(double tau) {
     constexpr double leastLeft = 5e-5;
     return std::ceil(-std::log(leastLeft) / tau);
+}
+
+/// Of so much, nothing is left in single precision, whatever the colour.
+double mostCount(double tau) {
+    constexpr double nothing = 104.0;
+    return std::min(std::ceil(nothing / tau), static_cast<double>(neverFull - 1));
 }
 
 /// Turns a pixel's count into its bytes.
@@ -156,7 +164,7 @@ class PixelBytes {
     PixelBytes(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points, PixelFormat format)
         : background_(plan.background), color_(only.look.color), format_(format) {
         tau_ = only.look.tauAt(1.0, false) * only.look.thinned * points.weightOfOne();
-        fullOfAnyColor_ = fullOfAnyColor(tau_);
+        fullOfAnyColor_ = hidingCount(tau_);
         // What is left behind so much shows in no pixel of the format.
         const double opaque = format == PixelFormat::srgb8 ? 12.0 : 20.0;
         constexpr double most = 65536.0;
@@ -222,10 +230,8 @@ FullCount fullCount(const FramePlan& plan, const PointLook& look, double tau, co
                     PixelFormat format) {
     const auto passed = [tau](double count) { return std::exp(-tau * count); };
     if (!(tau > 0.0)) return neverFull;
-    // Beyond, nothing is left in single precision, whatever the colour.
-    constexpr double nothing = 104.0;
-    const double most = std::min(std::ceil(nothing / tau), static_cast<double>(neverFull - 1));
-    if (colors != nullptr) return static_cast<FullCount>(std::min(fullOfAnyColor(tau), most));
+    const double most = mostCount(tau);
+    if (colors != nullptr) return static_cast<FullCount>(std::min(hidingCount(tau), most));
     const auto pixel = [&](double left) {
         return blankPixel((1.0 - left) * look.color + left * plan.background, format);
     };
@@ -251,7 +257,7 @@ bool mayFill(const FramePlan& plan, const PointsPlan& layer, FullCount full) {
 }  // namespace
 
 bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-                      const PixelColors* colors, PixelFormat format, std::stop_token stop) {
+                      const PixelColors* colors, PixelFormat format, const std::stop_token& stop) {
     const std::size_t pixels = std::size_t{plan.width} * plan.height;
     const PointMap map = PointMap::make(plan, layer);
     const bool stream = PointStream::serves(plan, layer, map);
@@ -284,11 +290,16 @@ bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<
     return true;
 }
 
-void FlatPoints::take(std::span<const std::uint32_t> counts) {
+FullCount fullOfAnyColor(const PointLook& look) {
+    const double tau = look.tauAt(1.0, false) * look.thinned;
+    return tau > 0.0 ? static_cast<FullCount>(std::min(hidingCount(tau), mostCount(tau))) : neverFull;
+}
+
+void FlatPoints::take(std::span<const std::uint32_t> counts, std::uint64_t drawn) {
     pixels_ = counts.size();
     counts_.assign(counts.begin(), counts.end());
     weightOfOne_ = 1.0;
-    pointsDrawn_ = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+    pointsDrawn_ = drawn > 0 ? drawn : std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
 std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector<VisibleField>& fields) {

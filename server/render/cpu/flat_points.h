@@ -14,6 +14,7 @@
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/point_stream.h"
+#include "server/render/cpu/points_kernel.h"
 #include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
@@ -21,16 +22,20 @@
 
 namespace mote::render {
 
+/// How many points of a look, of at most a pixel, hide what is behind them, whatever its colour.
+FullCount fullOfAnyColor(const PointLook& look);
+
 class FlatPoints {
   public:
     /// Draws what the plan selects, for a picture of a format whose points have `colors`, as flatPicture
     /// makes it: what is not seen behind a full pixel may not be counted. False where `stop` was requested
     /// meanwhile. Throws storage::StorageError.
     bool draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-              const PixelColors* colors, PixelFormat format, std::stop_token stop);
+              const PixelColors* colors, PixelFormat format, const std::stop_token& stop);
 
-    /// In place of draw(): what else has counted them, points of at most a pixel.
-    void take(std::span<const std::uint32_t> counts);
+    /// In place of draw(): what else has counted them, points of at most a pixel. `drawn`: how many they are;
+    /// 0: the sum.
+    void take(std::span<const std::uint32_t> counts, std::uint64_t drawn = 0);
 
     /// Optical depth of a count over that of one point: 1, or what discs, which cover pixels in part, are
     /// counted by.

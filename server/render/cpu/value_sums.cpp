@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "protocol/base/mote_check.h"
+#include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/values_kernel.h"
 #include "server/render/plan/in_turns.h"
@@ -42,7 +43,7 @@ struct Chunk {
 
 class Summing {
   public:
-    Summing(const FramePlan& plan, const PointsPlan& points, std::span<const LeafCell> cells)
+    Summing(const FramePlan& plan, const PointsPlan& points, std::span<const LeafCell> cells, bool count)
         : points_(points),
           codes_(points.colors->values->codes),
           nearest_(points.colors->nearest),
@@ -50,6 +51,8 @@ class Summing {
           cells_(cells),
           map_(PointMap::make(plan, points)),
           end_(points.step->positions(0, 0).data() + points.step->pointCount()),
+          count_(count && nearest_ && points.look.size <= 1.0),
+          full_(fullOfAnyColor(points.look)),
           sums_{nearest_, {}} {
         MOTE_CHECK(codes_.size() == points.step->pointCount());
         const std::size_t pixels = std::size_t{plan.width} * plan.height;
@@ -81,7 +84,9 @@ class Summing {
     /// What one thread found and has not carried off yet.
     struct Part {
         std::vector<ValueSum> sums = {};  ///< by pixel, spareCounts longer; empty: there is nothing yet
-        std::uint64_t added = 0;          ///< points
+        std::vector<std::uint32_t> counts = {};  ///< likewise, where nearest ones are counted
+        std::uint64_t added = 0;                 ///< points
+        std::uint64_t counted = 0;               ///< likewise
     };
 
     void add(const Chunk& chunk, Part& part) {
@@ -90,7 +95,9 @@ class Summing {
             part.sums.assign(sums_.words.size() / 2 + spareCounts, nearest_ ? ValueSum{noKey} : 0);
         const ValueCode* const codes = codes_.data() + chunk.begin;
         if (nearest_) {
-            addNearest(map_, chunk.run, codes, part.sums.data());
+            if (count_ && part.counts.empty()) part.counts.assign(part.sums.size(), 0);
+            part.counted += addNearest(map_, chunk.run, codes, part.sums.data(), full_,
+                                       count_ ? part.counts.data() : nullptr);
             part.added = 1;
             return;
         }
@@ -122,18 +129,24 @@ class Summing {
     void carryOff(Part& part) {
         for (std::size_t i = 0; i < sums_.words.size() / 2; ++i) {
             const ValueSum own = part.sums[i];
-            if (nearest_)
+            if (nearest_) {
                 least(sums_.words[2 * i], own);
-            else if (own != 0)
+                if (count_ && part.counts[i] != 0) addTo(2 * i + 1, part.counts[i]);
+            } else if (own != 0) {
                 addTo(i, own >> countShift, own & ((ValueSum{1} << countShift) - 1));
+            }
         }
+        std::atomic_ref(sums_.counted).fetch_add(part.counted, std::memory_order_relaxed);
         std::fill(part.sums.begin(), part.sums.end(), 0);
         part.added = 0;
     }
 
+    void addTo(std::size_t word, std::uint64_t more) {
+        std::atomic_ref(sums_.words[word]).fetch_add(more, std::memory_order_relaxed);
+    }
     void addTo(std::size_t pixel, std::uint64_t weight, std::uint64_t sum) {
-        std::atomic_ref(sums_.words[2 * pixel]).fetch_add(weight, std::memory_order_relaxed);
-        std::atomic_ref(sums_.words[2 * pixel + 1]).fetch_add(sum, std::memory_order_relaxed);
+        addTo(2 * pixel, weight);
+        addTo(2 * pixel + 1, sum);
     }
 
     void addOneByOne(const Chunk& chunk) {
@@ -198,6 +211,8 @@ class Summing {
     const PointMap map_;
     std::optional<DiscFootprint> discs_;
     const storage::PackedPosition* end_;
+    const bool count_;
+    const FullCount full_;
     ValueSums sums_;
 };
 
@@ -241,13 +256,16 @@ ValueCode codeAround(std::span<const ValueCode> codes, std::uint32_t width, std:
 
 void ValueSums::add(const ValueSums& others) {
     MOTE_CHECK(others.words.size() == words.size() && others.nearest == nearest);
-    for (std::size_t i = 0; i < words.size(); ++i)
-        words[i] = nearest ? std::min(words[i], others.words[i]) : words[i] + others.words[i];
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        const bool key = nearest && i % 2 == 0;
+        words[i] = key ? std::min(words[i], others.words[i]) : words[i] + others.words[i];
+    }
+    counted += others.counted;
 }
 
 std::optional<ValueSums> valueSums(const FramePlan& plan, const PointsPlan& points,
-                                   std::span<const LeafCell> cells, const std::stop_token& stop) {
-    return Summing(plan, points, cells).sum(stop);
+                                   std::span<const LeafCell> cells, const std::stop_token& stop, bool count) {
+    return Summing(plan, points, cells, count).sum(stop);
 }
 
 PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const ValueSums& sums) {
@@ -259,7 +277,7 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
     const std::size_t pixels = std::size_t{plan.width} * plan.height;
     MOTE_CHECK(sums.words.size() == 2 * pixels);
     const bool all = points.colors->values->complete;
-    const bool counted = all && !sums.nearest && points.look.size <= 1.0;
+    const bool counted = sums.nearest ? sums.counted > 0 : all && points.look.size <= 1.0;
     auto counts = listInTurns<std::uint32_t>(counted ? pixels : 0);
     auto codes = listInTurns<ValueCode>(pixels);
     std::vector<Span> known(plan.height);  // of the pixels of each row that have a code
@@ -269,7 +287,8 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
             const std::size_t i = std::size_t{row} * plan.width + column;
             codes[i] = codeOf(sums, i);
             if (codes[i] != noValue) known[row].add(column);
-            if (counted) counts[i] = static_cast<std::uint32_t>(std::min(sums.words[2 * i], most));
+            const std::uint64_t held = sums.words[sums.nearest ? 2 * i + 1 : 2 * i];
+            if (counted) counts[i] = static_cast<std::uint32_t>(std::min(held, most));
         }
     });
     auto places = listInTurns<std::uint16_t>(pixels);
@@ -286,17 +305,17 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
             places[pixel] = static_cast<std::uint16_t>(code == noValue ? shades : shade);
         }
     });
-    return {plan.width, plan.height, std::move(colors), std::move(places), std::move(counts)};
+    return {plan.width, plan.height, std::move(colors), std::move(places), std::move(counts), sums.counted};
 }
 
 std::optional<FrameColors> frameColors(const FramePlan& plan, ResidentLeaves& leaves,
-                                       const std::stop_token& stop) {
+                                       const std::stop_token& stop, bool count) {
     FrameColors colors(plan.points.size());
     for (std::size_t i = 0; i < plan.points.size(); ++i) {
         const PointsPlan& points = plan.points[i];
         if (!points.colors || points.preview != nullptr) continue;
         const auto cells = leaves.of(points.step).upTo(*points.step, points.selection->drawn.size());
-        const auto sums = valueSums(plan, points, cells, stop);
+        const auto sums = valueSums(plan, points, cells, stop, count);
         if (!sums) return std::nullopt;
         colors[i] = std::make_shared<const PixelColors>(pixelColors(plan, points, *sums));
     }

@@ -21,23 +21,26 @@ struct ValueSums {
     bool nearest = false;
     /// Two words a pixel, row by row: the weight of its points that have a value, and the sum of weights
     /// times codes. Nearest: the least of depths with codes in their low bits, all ones where there is none;
-    /// and 0.
+    /// and, where they are counted, how many points it holds, of full pixels (FullCount) perhaps less.
     std::vector<std::uint64_t> words;
+    std::uint64_t counted = 0;  ///< points, of nearest ones that are
 
     /// The same of other points.
     void add(const ValueSums& others);
 };
 
-/// Nothing where `stop` was requested meanwhile. `cells`: of the leaves that are drawn. Throws
+/// Nothing where `stop` was requested meanwhile. `cells`: of the leaves that are drawn. `count`: nearest ones
+/// of at most a pixel are counted, too, as the picture of these points alone needs it. Throws
 /// storage::StorageError.
 std::optional<ValueSums> valueSums(const FramePlan& plan, const PointsPlan& points,
-                                   std::span<const LeafCell> cells, const std::stop_token& stop);
+                                   std::span<const LeafCell> cells, const std::stop_token& stop,
+                                   bool count = false);
 
 /// The colours of a layer's points, which have colours.
 PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const ValueSums& sums);
 
-/// Nothing where `stop` was requested meanwhile. Throws storage::StorageError.
+/// Nothing where `stop` was requested meanwhile. `count`: as of valueSums. Throws storage::StorageError.
 std::optional<FrameColors> frameColors(const FramePlan& plan, ResidentLeaves& leaves,
-                                       const std::stop_token& stop);
+                                       const std::stop_token& stop, bool count = false);
 
 }  // namespace mote::render

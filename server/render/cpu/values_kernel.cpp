@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 
+#include "server/render/cpu/full_pixels-inl.h"
 #include "server/render/cpu/leaf_ways-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -24,13 +25,17 @@ HWY_INLINE ValueSum sumOf(ValueCode code) {
 }
 
 /// Points fall into the very pixels in which count_kernel.cpp counts them. `nearest`: sums are keys.
-template <bool perspective, bool nearest>
+/// `counted`: points are counted as well.
+template <bool perspective, bool nearest, bool counted = false>
 class LeafValues {
   public:
-    HWY_INLINE LeafValues(const PointMap& map, const LeafRun& run, ValueSum* sums)
+    HWY_INLINE LeafValues(const PointMap& map, const LeafRun& run, ValueSum* sums, FullCount full = neverFull,
+                          std::uint32_t* counts = nullptr)
         : map_(map),
           run_(run),
           sums_(sums),
+          counts_(counts),
+          full_(map, full, counts),
           nowhere_(hn::Iota(ints, static_cast<std::int32_t>(map.width * map.height))) {
         for (const auto& side : map.edge) {
             toFront_ += std::min(side[PointMap::rowSlab], 0.0);
@@ -38,20 +43,29 @@ class LeafValues {
         }
     }
 
-    HWY_INLINE void add(const ValueCode* codes) {
+    /// Returns how many points are counted.
+    HWY_INLINE std::uint64_t add(const ValueCode* codes) {
         const PackedPosition* points = run_.points;
+        std::uint64_t drawn = 0;
         for (std::size_t begin = 0; begin < run_.leaves; begin += LeafPlaces::block) {
             const std::size_t size = std::min(LeafPlaces::block, run_.leaves - begin);
             placeLeaves<perspective, nearest>(map_, run_.cells + begin, size, places_);
             ways_.choose(map_, places_, size);
             for (std::size_t i = 0; i < size; ++i) {
                 const std::size_t count = run_.drawn[begin + i];
-                if (count > 0 && ways_.way[i] != notAtAll && !isHidden(i))
-                    addLeaf(run_.cells[begin + i], i, points, codes, count);
+                if (count > 0 && ways_.way[i] != notAtAll) {
+                    if constexpr (counted) drawn += count;
+                    if (!isHidden(i)) {
+                        addLeaf(run_.cells[begin + i], i, points, codes, count);
+                    } else if (counted && !isFull(i)) {
+                        countHidden(run_.cells[begin + i], i, points, count);
+                    }
+                }
                 points += run_.count[begin + i];
                 codes += run_.count[begin + i];
             }
         }
+        return drawn;
     }
 
   private:
@@ -64,6 +78,39 @@ class LeafValues {
         } else {
             addInside(cell, i, points, codes, count);
         }
+    }
+
+    /// Whether more points are not seen in the pixels of a leaf.
+    HWY_INLINE bool isFull(std::size_t i) const {
+        if (ways_.way[i] == inOnePixel || ways_.way[i] == atBorder) return false;
+        if (ways_.way[i] == inFourPixels) return full_.four(ways_.first[i]);
+        return full_.around(map_, places_, i, 0.0F);
+    }
+
+    /// Counts a leaf of which no point is nearer than what its pixels have.
+    HWY_INLINE void countHidden(LeafCell cell, std::size_t i, const PackedPosition* points,
+                                std::size_t count) {
+        if (ways_.way[i] == inOnePixel) {
+            counts_[ways_.first[i]] += static_cast<std::uint32_t>(count);
+        } else if (ways_.way[i] == inFourPixels) {
+            const Quarters quarters = countQuarters(places_, i, points, count, run_.end);
+            std::uint32_t* const first = counts_ + ways_.first[i];
+            first[0] += quarters.leftTop;
+            first[1] += quarters.rightTop;
+            first[map_.width] += quarters.leftBottom;
+            first[map_.width + 1] += quarters.rightBottom;
+        } else {
+            const InsidePixels pixels(*this, cell, i);
+            for (std::size_t k = 0; k < count; k += hn::Lanes(floats))
+                countAt(pixels(loadPlaces(points + k, run_.end)), count - k);
+        }
+    }
+
+    HWY_INLINE void countAt(Int pixels, std::size_t count) const {
+        HWY_ALIGN std::array<std::uint32_t, mostLanes> places;
+        storeSafely(pixels, places);
+        const std::size_t lanes = std::min(count, hn::Lanes(ints));
+        for (std::size_t k = 0; k < lanes; ++k) ++counts_[places[k]];
     }
 
     /// Whether all of a leaf is behind what its pixels have: of few pixels, as looking takes time.
@@ -100,6 +147,7 @@ class LeafValues {
     HWY_INLINE void addInOnePixel(LeafCell cell, std::size_t i, const PackedPosition* points,
                                   const ValueCode* codes, std::size_t count) {
         ValueSum& sum = sums_[ways_.first[i]];
+        if constexpr (counted) counts_[ways_.first[i]] += static_cast<std::uint32_t>(count);
         if constexpr (nearest) {
             const LinearRow toSlab = linearRow(map_, cell, places_, i, PointMap::rowSlab);
             for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
@@ -134,26 +182,48 @@ class LeafValues {
         return std::max(std::max(above[0], above[1]), std::max(below[0], below[1]));
     }
 
+    /// The pixels of the points of a leaf that lies in the picture.
+    class InsidePixels {
+      public:
+        HWY_INLINE InsidePixels(const LeafValues& values, LeafCell cell, std::size_t i)
+            : values_(values),
+              across_(distanceRow(values.places_.across, i)),
+              down_(distanceRow(values.places_.down, i)),
+              w_(linearRow(values.map_, cell, values.places_, i, PointMap::rowW)) {
+            const auto row = static_cast<std::int32_t>(values.places_.row[i]);
+            const auto column = static_cast<std::int32_t>(values.places_.column[i]);
+            first_ = hn::Set(ints, row * static_cast<std::int32_t>(values.map_.width) + column);
+        }
+        HWY_INLINE Int operator()(const Places& at) const {
+            Float columns = across_(at), rows = down_(at);
+            if constexpr (perspective) {
+                const Float inverse = hn::Div(hn::Set(floats, 1.0F), w_(at));
+                columns = hn::Mul(columns, inverse);
+                rows = hn::Mul(rows, inverse);
+            }
+            return values_.pixelsFrom(first_, columns, rows);
+        }
+
+      private:
+        const LeafValues& values_;
+        const LinearRow across_, down_, w_;
+        Int first_;
+    };
+
     HWY_INLINE void addInside(LeafCell cell, std::size_t i, const PackedPosition* points,
                               const ValueCode* codes, std::size_t count) {
-        const LinearRow across = distanceRow(places_.across, i), down = distanceRow(places_.down, i);
-        const LinearRow w = linearRow(map_, cell, places_, i, PointMap::rowW);
-        const auto row = static_cast<std::int32_t>(places_.row[i]);
-        const auto column = static_cast<std::int32_t>(places_.column[i]);
-        const Int first = hn::Set(ints, row * static_cast<std::int32_t>(map_.width) + column);
+        const InsidePixels pixels(*this, cell, i);
+        const bool countBehind = counted && !isFull(i);
         for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
             const Places at = loadPlaces(points + k, run_.end);
             const Float depth = depthOf(at, cell, i);
             if constexpr (nearest) {
-                if (isBehind(depth, lastKey(i))) continue;
+                if (isBehind(depth, lastKey(i))) {
+                    if (countBehind) countAt(pixels(at), count - k);
+                    continue;
+                }
             }
-            Float columns = across(at), rows = down(at);
-            if constexpr (perspective) {
-                const Float inverse = hn::Div(hn::Set(floats, 1.0F), w(at));
-                columns = hn::Mul(columns, inverse);
-                rows = hn::Mul(rows, inverse);
-            }
-            addTo(pixelsFrom(first, columns, rows), depth, codes + k, count - k);
+            addTo(pixels(at), depth, codes + k, count - k);
         }
     }
 
@@ -188,12 +258,12 @@ class LeafValues {
     }
 
     HWY_INLINE void addTo(Int pixels, Float depth, const ValueCode* codes, std::size_t count) const {
-        const hn::RebindToUnsigned<Ints> unsignedInts;
-        // Whatever rounding did, nothing else is written to.
-        const auto safe = hn::Min(hn::BitCast(unsignedInts, pixels), hn::BitCast(unsignedInts, nowhere_));
         HWY_ALIGN std::array<std::uint32_t, mostLanes> places;
-        hn::Store(safe, unsignedInts, places.data());
+        storeSafely(pixels, places);
         const std::size_t lanes = std::min(count, hn::Lanes(ints));
+        if constexpr (counted) {
+            for (std::size_t k = 0; k < lanes; ++k) ++counts_[places[k]];
+        }
         if constexpr (nearest) {
             HWY_ALIGN std::array<float, mostLanes> depths;
             hn::Store(depth, floats, depths.data());
@@ -203,9 +273,18 @@ class LeafValues {
         }
     }
 
+    /// Whatever rounding did, nothing else is written to.
+    HWY_INLINE void storeSafely(Int pixels, std::array<std::uint32_t, mostLanes>& places) const {
+        const hn::RebindToUnsigned<Ints> unsignedInts;
+        const auto safe = hn::Min(hn::BitCast(unsignedInts, pixels), hn::BitCast(unsignedInts, nowhere_));
+        hn::Store(safe, unsignedInts, places.data());
+    }
+
     const PointMap& map_;
     const LeafRun& run_;
     ValueSum* const sums_;
+    std::uint32_t* const counts_;
+    const FullPixels full_;
     const Int nowhere_;
     double toFront_ = 0.0, depth_ = 0.0;  // of the box: from its origin to its front, and in all, slabs
     LeafPlaces places_;
@@ -219,11 +298,17 @@ void addValues(const PointMap& map, const LeafRun& run, const ValueCode* codes, 
         LeafValues<false, false>(map, run, sums).add(codes);
 }
 
-void addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys) {
-    if (map.perspective)
-        LeafValues<true, true>(map, run, keys).add(codes);
-    else
-        LeafValues<false, true>(map, run, keys).add(codes);
+template <bool perspective>
+std::uint64_t addNearestOf(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys,
+                           FullCount full, std::uint32_t* counts) {
+    if (counts == nullptr) return LeafValues<perspective, true>(map, run, keys).add(codes);
+    return LeafValues<perspective, true, true>(map, run, keys, full, counts).add(codes);
+}
+
+std::uint64_t addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys,
+                         FullCount full, std::uint32_t* counts) {
+    return map.perspective ? addNearestOf<true>(map, run, codes, keys, full, counts)
+                           : addNearestOf<false>(map, run, codes, keys, full, counts);
 }
 
 template <bool perspective>
@@ -269,8 +354,9 @@ void addValues(const PointMap& map, const LeafRun& run, const ValueCode* codes, 
     HWY_DYNAMIC_DISPATCH(addValues)(map, run, codes, sums);
 }
 
-void addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys) {
-    HWY_DYNAMIC_DISPATCH(addNearest)(map, run, codes, keys);
+std::uint64_t addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys,
+                         FullCount full, std::uint32_t* counts) {
+    return HWY_DYNAMIC_DISPATCH(addNearest)(map, run, codes, keys, full, counts);
 }
 
 void projectEach(const PointMap& map, LeafCell cell, const storage::PackedPosition* points, std::size_t count,

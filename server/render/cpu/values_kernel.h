@@ -37,8 +37,10 @@ inline float depthOfKey(NearKey key) {
     return std::bit_cast<float>(ordered >> 31 != 0 ? ordered & 0x7fffffffU : ~ordered);
 }
 
-/// The same of the least key of each pixel's points; depths are slabs before bends.
-void addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys);
+/// The same of the least key of each pixel's points; depths are slabs before bends. `counts`: null, or as
+/// countPoints, of which it returns what that does, else 0.
+std::uint64_t addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys,
+                         FullCount full, std::uint32_t* counts);
 
 /// Every point of one leaf on the screen, in order; `slab` is before bends. One that is nearer than what is
 /// seen lies far outside.

@@ -15,14 +15,16 @@ namespace mote::render {
 
 class PixelColors {
   public:
-    /// `places` in `colors`, row by row, all of which there are; `counts` as below.
+    /// `places` in `colors`, row by row, all of which there are; `counts` and `pointsCounted` as below.
     PixelColors(std::uint32_t width, std::uint32_t height, std::vector<glm::vec3> colors,
-                std::vector<std::uint16_t> places, std::vector<std::uint32_t> counts = {})
+                std::vector<std::uint16_t> places, std::vector<std::uint32_t> counts = {},
+                std::uint64_t pointsCounted = 0)
         : width_(width),
           height_(height),
           colors_(std::move(colors)),
           places_(std::move(places)),
-          counts_(std::move(counts)) {}
+          counts_(std::move(counts)),
+          pointsCounted_(pointsCounted) {}
 
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
@@ -32,8 +34,11 @@ class PixelColors {
     }
 
     /// How many points each pixel holds, where the search for values counted all of them: each is of at most
-    /// a pixel and has a value. Else empty; on other processes, too.
+    /// a pixel and has a value, or the nearest was looked for; then a pixel that hides all behind it may have
+    /// less. Else empty; on other processes, too.
     const std::vector<std::uint32_t>& counts() const { return counts_; }
+    /// How many points these stand for; 0: their sum.
+    std::uint64_t pointsCounted() const { return pointsCounted_; }
     const std::vector<glm::vec3>& colors() const { return colors_; }
     const std::vector<std::uint16_t>& places() const { return places_; }
 
@@ -42,6 +47,7 @@ class PixelColors {
     std::vector<glm::vec3> colors_;
     std::vector<std::uint16_t> places_;  // in colors_, by pixel
     std::vector<std::uint32_t> counts_;
+    std::uint64_t pointsCounted_;
 };
 
 /// One of the plan's points each; null where they have one colour.
