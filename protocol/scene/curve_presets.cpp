@@ -91,15 +91,16 @@ constexpr double leastBone = 150.0, surelyBone = 290.0;  // HU
 
 /// Whether values of which none is air are those of a patient.
 bool isTissue(std::span<const std::uint64_t> histogram, const ValueRange& values) {
-    constexpr double light = -200.0, dense = 250.0, window = 20.0, widestBin = 40.0;
+    constexpr int light = -200, dense = 250, window = 20;  // HU
+    constexpr double widestBin = 40.0;
     if (histogram.empty()) return false;
     const CountBetween count(histogram, values);
     const double tissue = count(light, dense), lighter = count(values.low, light);
     const double denser = count(dense, values.high);
     if (count.binWidth() > widestBin || tissue < lighter + denser || denser < lighter) return false;
     double most = 0.0, usual = light;
-    for (double at = light; at < dense; at += 0.25 * window) {
-        const double here = count(at - 0.5 * window, at + 0.5 * window);
+    for (int at = light; at < dense; at += window / 4) {
+        const double here = count(at - window / 2, at + window / 2);
         if (here <= most) continue;
         most = here;
         usual = at;
@@ -133,7 +134,9 @@ double boneThreshold(std::span<const std::uint64_t> histogram, const ValueRange&
         return dense * std::expm1(fall * (begin - from)) / -std::expm1(-fall * (middle - begin));
     };
     double least = surelyBone;
-    for (double from = surelyBone - step; from >= leastBone; from -= step) {
+    constexpr auto steps = static_cast<int>((surelyBone - leastBone) / step);
+    for (int i = 1; i <= steps; ++i) {
+        const double from = surelyBone - i * step;
         if (count(from, begin) > more * expected(from)) break;
         least = from;
     }

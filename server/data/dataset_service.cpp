@@ -29,6 +29,7 @@ std::string withoutSuffix(const std::string& dataset) {
 Error unknownDataset(const std::string& dataset,
                      const std::map<std::string, storage::Catalogue::Entry>& all) {
     std::vector<std::string_view> names;
+    names.reserve(all.size());
     for (const auto& [name, entry] : all) names.push_back(name);
     std::string near = nearNames(dataset, names);
     for (const auto name : names) {

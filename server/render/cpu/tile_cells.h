@@ -63,7 +63,8 @@ class TileCells {
             PointCell* const first = cells_.data() + std::size_t{s} * Tile::pixels;
             for (std::uint64_t left = occupied_[s]; left != 0; left &= left - 1) {
                 const auto packet = static_cast<std::uint32_t>(std::countr_zero(left));
-                std::fill_n(first + packet * Tile::packetPixels, Tile::packetPixels, PointCell{0.0F, 0.0F});
+                std::fill_n(first + std::size_t{packet} * Tile::packetPixels, Tile::packetPixels,
+                            PointCell{0.0F, 0.0F});
             }
             std::fill_n(touched_.data() + std::size_t{s} * Tile::packets, Tile::packets, std::uint8_t{0});
             occupied_[s] = 0;

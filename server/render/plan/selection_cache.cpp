@@ -99,7 +99,7 @@ MovedPoints SelectionCache::moved(Moved wanted, const Make& make) {
     if (known != nullptr) return known->points;
     while (moved_.size() >= keptMoved) moved_.pop_back();
     wanted.points = make();
-    const auto points = wanted.points;
+    auto points = wanted.points;
     if (points.selection->points <= mostMoved) moved_.push_front(std::move(wanted));
     return points;
 }

@@ -39,12 +39,12 @@ struct PacketRays {
     std::array<Lanes, 3> travel;   ///< cells
     std::array<Lanes, 3> inverse;  ///< 1 / travel, finite
     Lanes length;                  ///< of the way, layer space
-    bool meets = false;            ///< whether any ray meets the box
 
     // In the section that was entered.
     Lanes enter;            ///< slab; may lie outside the section
     Lanes rate;             ///< 1 / slabs
     Lanes start;            ///< v = clamp(slab * rate + start, 0, 1)
+    bool meets = false;     ///< whether any ray meets the box, in any section
     bool hit = false;       ///< whether any ray meets the box there
     float nearest = 0.0F;   ///< slab in which the first ray enters
     float farthest = 0.0F;  ///< slab in which the last ray leaves
@@ -71,15 +71,15 @@ struct Packet {
     static constexpr std::size_t mostFields = View::maxLayers;
 
     std::array<PacketRays, mostFields> rays;  ///< of the frame's fields
-    bool anyHit = false;                      ///< whether any ray meets a field
-    bool anyPoints = false;                   ///< or dots
-    float segment = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
-
-    std::span<const TileCells> points;  ///< one of the frame's each, or empty
     /// Red, green and blue of each layer's points.
     std::array<std::array<Lanes, 3>, View::maxLayers> pointColors;
-    const TileDots* dots = nullptr;  ///< null: none in the tile
-    std::uint32_t number = 0;        ///< in its tile
+    bool anyHit = false;     ///< whether any ray meets a field
+    bool anyPoints = false;  ///< or dots
+    float segment = 0.0F;    ///< slabs of the section between samples of the volumes, where one is hit
+
+    std::span<const TileCells> points;  ///< one of the frame's each, or empty
+    const TileDots* dots = nullptr;     ///< null: none in the tile
+    std::uint32_t number = 0;           ///< in its tile
 
     /// The points and dots of packet `packet` of a tile, and the slabs that hold any in it. `x`, `y`: its
     /// first pixel in the picture.

@@ -149,22 +149,22 @@ class SparseWalk {
         if (through_[pixel] * back_[i][0] < Light::least) gone_ |= 1U << pixel;
     }
 
-    const CompositeFrame& frame_;
-    const Packet& packet_;
-    const TileLattice& lattice_;
-    const ToldNodes& nodes_;
     // Of each pixel: its light (the first number means nothing), what the fields alone are up to its last
     // meeting, and what its points let through.
     alignas(64) ToldPixels light_{}, passed_;
     Lanes through_;
-    std::uint32_t gone_ = 0;  // pixels, a bit each, of which no more is seen
     // Meetings that are to be added up. `front_` becomes what each adds, and in the place of what is left of
     // light what its points let through.
-    std::size_t count_ = 0;
-    std::array<std::uint32_t, Tile::packetPixels> pixel_;
     Lanes weight_{}, moment_{}, nearest_{}, thickness_{};
     std::array<Lanes, 3> color_{};
     alignas(64) ToldPixels front_{}, back_{};
+    std::array<std::uint32_t, Tile::packetPixels> pixel_;
+    const CompositeFrame& frame_;
+    const Packet& packet_;
+    const TileLattice& lattice_;
+    const ToldNodes& nodes_;
+    std::size_t count_ = 0;
+    std::uint32_t gone_ = 0;  // pixels, a bit each, of which no more is seen
 };
 
 }  // namespace mote::render::HWY_NAMESPACE

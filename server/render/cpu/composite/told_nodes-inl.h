@@ -25,8 +25,9 @@ class ToldNodes {
         for (std::size_t lane = 0; lane < Tile::packetPixels; lane += hn::MaxLanes(d)) {
             Lanes x, y;
             for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
-                x[i] = around.corner.x + (static_cast<float>(i % Tile::packetEdge) + 0.5F) * around.pixel;
-                y[i] = around.corner.y + (static_cast<float>(i / Tile::packetEdge) + 0.5F) * around.pixel;
+                const std::uint32_t column = i % Tile::packetEdge, row = i / Tile::packetEdge;
+                x[i] = around.corner.x + (static_cast<float>(column) + 0.5F) * around.pixel;
+                y[i] = around.corner.y + (static_cast<float>(row) + 0.5F) * around.pixel;
             }
             const std::array<V, 3> columns = parabola(hn::LoadU(d, x.data() + lane));
             const std::array<V, 3> rows = parabola(hn::LoadU(d, y.data() + lane));

@@ -42,19 +42,20 @@ class QuickFinder {
         const Ends ends = partOf(endsOf(surface_, edge, view_), edge.piece);
         const glm::dvec3 &from = ends.from, &to = ends.to;
         const glm::dvec2 a = view_.onScreen(from), b = view_.onScreen(to);
-        const double parts = std::clamp(std::ceil(glm::distance(a, b) / partLength), 1.0, mostParts);
+        const auto parts =
+            static_cast<int>(std::clamp(std::ceil(glm::distance(a, b) / partLength), 1.0, mostParts));
         const auto placeAt = [&](double share) {
             const glm::dvec3 place = from + view_.alongLine(from, to, share) * (to - from);
             return LinePoint{view_.onScreen(place), -place.z};
         };
         InkLine line{edge.kind, {}, rankOf(edge)};
-        for (double part = 0.0; part < parts; ++part) {
+        for (int part = 0; part < parts; ++part) {
             const auto middle = placeAt((part + 0.5) / parts);
             if (!seen(middle, edge.kind, b - a)) {
                 end(line, lines);
                 continue;
             }
-            if (line.points.empty()) line.points.push_back(placeAt(part / parts));
+            if (line.points.empty()) line.points.push_back(placeAt(static_cast<double>(part) / parts));
             line.points.back().step = stepBeside(middle, b - a);
             line.points.push_back(placeAt((part + 1.0) / parts));
             line.points.back().step = line.points.front().step;
