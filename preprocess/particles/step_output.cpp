@@ -302,8 +302,10 @@ class StepFiles {
         tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
         MOTE_RETURN_IF_ERROR(written);
         MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
+        MOTE_RETURN_IF_ERROR(syncOthers());
         completeTo(StepArray::previewPoint);
         MOTE_RETURN_IF_ERROR(points.writePreview());
+        MOTE_RETURN_IF_ERROR(syncOthers());
         completeTo(static_cast<StepArray>(storage::stepArrays.size()));
         MOTE_RETURN_IF_ERROR(hash());
         return file_->places();
@@ -367,8 +369,13 @@ class StepFiles {
                           [&](std::size_t i) { return i % size == rank ? parts[i]() : success(); });
     }
 
-    /// By rank 0, while the others see to it that the disk gets what they wrote.
-    Status hash() { return agree(ranks_, ranks_.first() ? hashWhole() : file_->sync()); }
+    /// What the other ranks have written can be read by the first, which hashes it, once they have synced it.
+    Status syncOthers() {
+        if (ranks_.size() == 1) return success();
+        return agree(ranks_, ranks_.first() ? success() : file_->sync());
+    }
+
+    Status hash() { return agree(ranks_, ranks_.first() ? hashWhole() : success()); }
 
     Status hashWhole() {
         output_.written();
