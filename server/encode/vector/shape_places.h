@@ -30,15 +30,21 @@ inline glm::uvec2 pixelOf(const glm::dvec2& place, const PictureSize& size) {
 template <class Take>
 void forCovered(const render::Dot& dot, const PictureSize& size, Take&& take) {
     const render::DotFootprint footprint(dot.radius);
-    const auto from = [&](float at) { return std::max(0.0F, std::floor(at - footprint.reach)); };
-    const auto to = [&](float at, std::uint32_t side) {
-        return std::min(static_cast<float>(side), std::ceil(at + footprint.reach));
+    const auto within = [](float at, std::uint32_t side) {
+        return static_cast<std::uint32_t>(std::clamp(at, 0.0F, static_cast<float>(side)));
     };
-    for (float row = from(dot.y); row < to(dot.y, size.height); ++row) {
-        for (float column = from(dot.x); column < to(dot.x, size.width); ++column) {
-            const float covers = footprint.coverage(std::hypot(column + 0.5F - dot.x, row + 0.5F - dot.y));
-            if (covers > 0.0F)
-                take(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row), covers);
+    const auto from = [&](float at, std::uint32_t side) {
+        return within(std::floor(at - footprint.reach), side);
+    };
+    const auto to = [&](float at, std::uint32_t side) {
+        return within(std::ceil(at + footprint.reach), side);
+    };
+    for (auto row = from(dot.y, size.height); row < to(dot.y, size.height); ++row) {
+        for (auto column = from(dot.x, size.width); column < to(dot.x, size.width); ++column) {
+            const float x = static_cast<float>(column) + 0.5F - dot.x;
+            const float y = static_cast<float>(row) + 0.5F - dot.y;
+            const float covers = footprint.coverage(std::hypot(x, y));
+            if (covers > 0.0F) take(column, row, covers);
         }
     }
 }

@@ -193,14 +193,16 @@ void writePacket(const CompositeFrame& frame, const std::uint8_t* pixels, std::u
     const std::uint32_t rows = std::min(Tile::packetEdge, frame.height - y);
     for (std::uint32_t row = 0; row < rows; ++row) {
         std::memcpy(picture + (std::size_t{y + row} * frame.width + x) * size,
-                    pixels + row * Tile::packetEdge * size, columns * size);
+                    pixels + std::size_t{row} * Tile::packetEdge * size, columns * size);
     }
 }
 
 PacketPlaces placesOf(std::uint32_t x, std::uint32_t y) {
     PacketPlaces places;
-    for (std::uint32_t i = 0; i < places.size(); ++i)
-        places[i] = glm::dvec2(x + i % Tile::packetEdge + 0.5, y + i / Tile::packetEdge + 0.5);
+    for (std::uint32_t i = 0; i < places.size(); ++i) {
+        const std::uint32_t column = i % Tile::packetEdge, row = i / Tile::packetEdge;
+        places[i] = glm::dvec2(x + column + 0.5, y + row + 0.5);
+    }
     return places;
 }
 
@@ -251,6 +253,7 @@ class TileComposite {
         }
     }
 
+    Packet packet_;
     const CompositeFrame& frame_;
     const Tile tile_;
     const std::span<const TileCells> points_;
@@ -258,7 +261,6 @@ class TileComposite {
     const bool seen_;  // whether fields may show anything
     const std::array<SlabBits, Tile::packets> occupied_;
     std::unique_ptr<TileLattice> lattice_;  // none: each pixel has rays of its own
-    Packet packet_;
     PacketSights sights_;
     OwnPoints own_;
 };
@@ -268,7 +270,7 @@ class TileComposite {
 void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points,
                    const TileDots* dots, std::uint8_t* picture) {
     constexpr std::uint32_t across = Tile::edge / Tile::packetEdge;
-    alignas(64) std::array<std::uint32_t, 2 * Tile::packetPixels> words{};
+    alignas(64) std::array<std::uint32_t, std::size_t{2} * Tile::packetPixels> words{};
     TileComposite composite(frame, tile, points, dots);
     for (std::uint32_t number = 0; number < Tile::packets; ++number) {
         const std::uint32_t x = tile.column * Tile::edge + number % across * Tile::packetEdge;

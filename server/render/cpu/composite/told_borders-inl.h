@@ -80,12 +80,12 @@ class ToldBorders {
         }
     };
 
+    alignas(64) std::array<std::int32_t, rays> next_{};
     const float* borders_;
     const float* mostLeft_ = nullptr;
     Rows rows_;
     std::int32_t step_ = 1;
     std::uint64_t refused_ = 0;
-    alignas(64) std::array<std::int32_t, rays> next_{};
 };
 
 /// The borders between two slabs, for a march that goes from cell to cell (marchCells): the light at those
