@@ -218,11 +218,17 @@ HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, con
     }
 }
 
-/// The same for a part of which the table was read, in several pieces where extinction bends much or is deep,
-/// or colours change much. `length`: of a way of 1. Returns the rays of which that is so.
+/// Rays whose extinction bends much or is deep, or whose colours change much, in a part; and those whose
+/// colours do.
+struct SteepRays {
+    hn::Mask<Floats> all, colorful;
+};
+
+/// The same for a part of which the table was read, in several pieces where it is steep. `length`: of a way
+/// of 1.
 template <class Take>
-HWY_INLINE hn::Mask<Floats> takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
-                                     const PartReads& reads, const Sample& back, V length, const Take& take) {
+HWY_INLINE SteepRays takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
+                              const PartReads& reads, const Sample& back, V length, const Take& take) {
     const Floats d;
     const Sample middle = sampleOf(reads.middle);
     const CellPieces pieces(front, middle, back);
@@ -234,15 +240,16 @@ HWY_INLINE hn::Mask<Floats> takePart(const DensitySource& source, const RayLanes
                              hn::Abs(hn::Sub(back.density, middle.density)));
     const auto colorful = hn::And(hn::Gt(deep, hn::Zero(d)), hn::Gt(change, hn::Set(d, colorfulChange)));
     const auto steep = hn::And(moved, hn::Or(hn::Or(bent, colorful), hn::Gt(deep, hn::Set(d, deepPart))));
+    const SteepRays rayKinds{steep, hn::And(moved, colorful)};
     if (hn::AllFalse(d, steep)) {
         takeSmooth(pieces, front, middle, back, take);
-        return steep;
+        return rayKinds;
     }
     takeSmooth(pieces, front, middle, back,
                [&](V depth, const Sample& one, const Sample& other, V mean)
                    HWY_ATTR { take(hn::IfThenZeroElse(steep, depth), one, other, mean); });
     takeSteep(source, rays, front, back, steep, hn::Set(d, steepPieces), take);
-    return steep;
+    return rayKinds;
 }
 
 /// A part of rays' ways, and what it did to their light.
@@ -299,7 +306,7 @@ HWY_INLINE bool nothingIn(const CellReads& cells) {
 struct NoBorders {
     HWY_INLINE V mostLeft() const { return hn::Set(Floats(), Light::least); }
     HWY_INLINE void pass(V, const Light&) const {}
-    HWY_INLINE void pass(const PassedPart&, const Light&, hn::Mask<Floats>) const {}
+    HWY_INLINE void pass(const PassedPart&, const Light&, const SteepRays&) const {}
     HWY_INLINE void end() const {}
 };
 

@@ -35,20 +35,34 @@ class OwnWalk {
     /// how wide vectors are.
     static bool suits(const CompositeFrame& frame, const Packet& packet) {
         return frame.cellByCell && packet.points.size() == 1 && packet.dots == nullptr &&
-               packet.hitFields().size() == 1 && !frame.fields[packet.hitFields()[0]].grid;
+               packet.hitFields().size() == 1 && !frame.fields[packet.hitFields()[0]].grid &&
+               faint(frame, packet);
     }
 
-    /// False if it would be wrong: so much of the field lies among points that it matters how.
+    /// False if it would be wrong: so much of the field lies among points that it matters how, or its colours
+    /// change too much.
     HWY_NOINLINE bool run() {
         const std::uint32_t end = collect();
         ToldBorders told(room_.borders.data(), room_.mostLeft.data(), room_.told.data());
         PacketWalk walk(frame_, packet_, lane_, sights_);
         walk.run(frame_.sections[0], told, end);
+        for (std::size_t i = 0; i < rays; ++i)
+            if (count_[i] > 0 && told.refused(i)) return false;
         return addUp(walk.light());
     }
     const Light& light() const { return light_; }
 
   private:
+    /// Whether the packet's nearest points let much through, each by itself.
+    static bool faint(const CompositeFrame& frame, const Packet& packet) {
+        constexpr float most = 1.0F;
+        const FramePointLook& look = frame.points[0];
+        const std::uint32_t slab = packet.nextPoints(0);
+        if (!look.byDepth || slab >= frame.slabs) return look.tau <= most;
+        const float depth = frame.depths[slab].nearest;
+        return look.tau <= most * depth * depth;
+    }
+
     static constexpr std::size_t rays = ToldBorders::rays;
     static constexpr float mostWrong = 0.008F;  ///< of linear light
 
@@ -132,10 +146,14 @@ class OwnWalk {
             Light mixed;
             V let;
             gatherMixed(depth, colors, from, here, let, mixed);
-            // Taken as even, as much as an eighth of what is lost may be wrong of that share of the points.
+            // Taken as even, as much as an eighth of what is lost may be wrong of that share of faint points;
+            // behind the first of strong ones it matters where it was lost.
             const V lost = hn::Sub(from.left, here.left);
             const V error = hn::Mul(hn::Mul(through, hn::Min(depth, hn::Set(d, 1.0F))), hn::Mul(lost, lost));
-            wrong = hn::Or(wrong, hn::Gt(error, hn::Mul(from.left, hn::Set(d, 8.0F * mostWrong))));
+            const auto strong = hn::And(hn::Gt(depth, hn::Set(d, 0.7F)),
+                                        hn::Gt(hn::Mul(through, lost), hn::Set(d, 2.0F * mostWrong)));
+            wrong = hn::Or(wrong,
+                           hn::Or(strong, hn::Gt(error, hn::Mul(from.left, hn::Set(d, 8.0F * mostWrong)))));
             light_.red = hn::MulAdd(through, mixed.red, light_.red);
             light_.green = hn::MulAdd(through, mixed.green, light_.green);
             light_.blue = hn::MulAdd(through, mixed.blue, light_.blue);

@@ -108,11 +108,13 @@ class BorderLights {
         aim();
     }
 
-    /// `steep`: rays whose light does not change evenly in the part; what is told of them is not to be used.
-    HWY_INLINE void pass(const PassedPart& part, const Light& light, hn::Mask<Floats> steep) {
+    /// What is told of rays whose light does not change evenly in the part is not to be used.
+    HWY_INLINE void pass(const PassedPart& part, const Light& light, const SteepRays& rays) {
         const Floats d;
         auto here = hn::Le(border_, part.to);
-        // Of a part that hides less, little is wrong whatever its colours.
+        // Of a part that hides less, little is wrong whatever its colours. At borders of a ray's own points
+        // what is left follows from a parabola nearly enough, however steep.
+        const auto steep = told_->mostLeft() != nullptr ? rays.colorful : rays.all;
         const auto much = hn::And(steep, hn::Gt(part.depth, hn::Set(d, 0.25F)));
         wrong_ = hn::Or(wrong_, hn::And(here, much));
         for (; !hn::AllFalse(d, here); here = hn::Le(border_, part.to))
