@@ -27,8 +27,8 @@ struct PointGroups {
         return groups.capacity() * sizeof(LeafPoints) + points.capacity() * sizeof(GroupedPoint);
     }
 
-    /// More are left to their leaves: 8 bytes a point.
-    static constexpr std::uint64_t mostPoints = std::uint64_t{1} << 25;
+    /// More are left to their leaves, also of all selections that are kept: 8 bytes a point, 64 MiB.
+    static constexpr std::uint64_t mostPoints = std::uint64_t{1} << 23;
     /// Whether a picture of a layer is drawn from groups: at rest, of points that weigh alike, of a box that
     /// is not so large on the screen that single precision would tell the places in a group's cell worse than
     /// in a leaf's.
