@@ -18,6 +18,8 @@ struct Picture {
     std::uint32_t height = 0;
     PixelFormat format = PixelFormat::srgb8;
     std::vector<std::uint8_t> pixels;  ///< alpha is 1
+    /// Of the leaves, or groups of them, of which something may be in view: no fewer than there are in it,
+    /// and no more than the plan has.
     std::uint64_t pointsDrawn = 0;
 };
 
