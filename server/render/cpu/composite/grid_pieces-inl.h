@@ -129,7 +129,8 @@ HWY_INLINE void cutPieces(const LitPath& lit, const Sample& front, const Sample&
     const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
     const V step = hn::Div(hn::Sub(back.way, front.way), pieces);
     Sample from = front;
-    for (float i = 1.0F; i <= most; ++i) {
+    float i = 0.0F;
+    while (++i <= most) {
         const auto arrived = hn::Ge(hn::Set(d, i), pieces);
         const Sample to =
             hn::AllTrue(d, arrived) ? back : choose(arrived, back, lit.sampleAt(hn::Add(from.way, step)));

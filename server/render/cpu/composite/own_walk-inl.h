@@ -187,16 +187,16 @@ class OwnWalk {
         light_.blue = hn::MulAdd(through, hn::Sub(to.blue, from.blue), light_.blue);
     }
 
+    alignas(64) std::array<std::int32_t, rays> count_{};  // borders of each pixel
+    Lanes mostLeft_;                                      // behind what was brought together
+    Light light_;
     const CompositeFrame& frame_;
     const Packet& packet_;
     const std::size_t lane_;
     PacketSights& sights_;
     OwnPoints& room_;
-    alignas(64) std::array<std::int32_t, rays> count_{};  // borders of each pixel
-    std::size_t most_ = 0;                                // of them
-    Lanes mostLeft_;                                      // behind what was brought together
-    std::uint32_t last_ = 0;                              // slab of that
-    Light light_;
+    std::size_t most_ = 0;    // of them
+    std::uint32_t last_ = 0;  // slab of that
 };
 
 }  // namespace mote::render::HWY_NAMESPACE
