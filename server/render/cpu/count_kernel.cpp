@@ -123,12 +123,7 @@ class LeafCount {
     }
 
     HWY_INLINE void countInFour(std::size_t i, const PackedPosition* points, std::size_t count) {
-        const Quarters quarters = countQuarters(places_, i, points, count, run_.end);
-        std::uint32_t* const first = counts_ + ways_.first[i];
-        first[0] += quarters.leftTop;
-        first[1] += quarters.rightTop;
-        first[map_.width] += quarters.leftBottom;
-        first[map_.width + 1] += quarters.rightBottom;
+        countQuarters(places_, i, points, count, run_.end).addTo(counts_ + ways_.first[i], map_.width);
     }
 
     HWY_INLINE void countInside(LeafCell cell, std::size_t i, const PackedPosition* points,

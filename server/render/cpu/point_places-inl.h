@@ -238,6 +238,14 @@ HWY_INLINE LinearRow distanceRow(const std::array<LeafPlaces::Numbers, 4>& steps
 /// How many points of a leaf fall into each of 2 x 2 pixels.
 struct Quarters {
     std::uint32_t leftTop, rightTop, leftBottom, rightBottom;
+
+    /// `leftTopCount`: among those of all pixels, in rows of `width`.
+    HWY_INLINE void addTo(std::uint32_t* leftTopCount, std::size_t width) const {
+        leftTopCount[0] += leftTop;
+        leftTopCount[1] += rightTop;
+        leftTopCount[width] += leftBottom;
+        leftTopCount[width + 1] += rightBottom;
+    }
 };
 
 /// A mask's bits, its first lane's the lowest.

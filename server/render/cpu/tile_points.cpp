@@ -201,23 +201,22 @@ void TilePoints::sortLeaves(const PointsPlan& layer, std::span<const LeafCell> c
     verified_.clear();
     // Without leaves to draw, the octree need not even be there.
     if (cells.empty()) return leaves_.clear(tiles_);
-    LeafTiles leafTiles(layer, cells, drawnLeaves_, verified_);
-    std::atomic<std::uint64_t> drawn{0};
-    leaves_.fill(
-        tiles_, leafTiles.chunks(), stop,
-        [&](std::size_t chunk) { drawn += leafTiles.prepare(chunk, *map_, reach()); },
-        [&](std::size_t chunk, auto visit) { leafTiles.forEach(chunk, columns_, visit); });
-    pointsDrawn_ += drawn;
+    fillFrom(LeafTiles(layer, cells, drawnLeaves_, verified_), stop);
 }
 
 void TilePoints::sortGroups(const std::stop_token& stop) {
     verified_.clear();
-    GroupTiles groupTiles(*groups_, drawnLeaves_);
+    fillFrom(GroupTiles(*groups_, drawnLeaves_), stop);
+}
+
+/// Of leaves, or of groups.
+template <class Chunks>
+void TilePoints::fillFrom(Chunks chunks, const std::stop_token& stop) {
     std::atomic<std::uint64_t> drawn{0};
     leaves_.fill(
-        tiles_, groupTiles.chunks(), stop,
-        [&](std::size_t chunk) { drawn += groupTiles.prepare(chunk, *map_, reach()); },
-        [&](std::size_t chunk, auto visit) { groupTiles.forEach(chunk, columns_, visit); });
+        tiles_, chunks.chunks(), stop,
+        [&](std::size_t chunk) { drawn += chunks.prepare(chunk, *map_, reach()); },
+        [&](std::size_t chunk, auto visit) { chunks.forEach(chunk, columns_, visit); });
     pointsDrawn_ += drawn;
 }
 

@@ -83,6 +83,8 @@ class TilePoints {
     float reach() const { return discs_ ? discs_->reach() : 0.0F; }
     void sortLeaves(const PointsPlan& layer, std::span<const LeafCell> cells, const std::stop_token& stop);
     void sortGroups(const std::stop_token& stop);
+    template <class Chunks>
+    void fillFrom(Chunks chunks, const std::stop_token& stop);
     void sortDiscs(const PreviewBlocks& blocks, const std::stop_token& stop);
     void sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop);
     template <class Visit>

@@ -93,12 +93,7 @@ class LeafValues {
         if (ways_.way[i] == inOnePixel) {
             counts_[ways_.first[i]] += static_cast<std::uint32_t>(count);
         } else if (ways_.way[i] == inFourPixels) {
-            const Quarters quarters = countQuarters(places_, i, points, count, run_.end);
-            std::uint32_t* const first = counts_ + ways_.first[i];
-            first[0] += quarters.leftTop;
-            first[1] += quarters.rightTop;
-            first[map_.width] += quarters.leftBottom;
-            first[map_.width + 1] += quarters.rightBottom;
+            countQuarters(places_, i, points, count, run_.end).addTo(counts_ + ways_.first[i], map_.width);
         } else {
             const InsidePixels pixels(*this, cell, i);
             for (std::size_t k = 0; k < count; k += hn::Lanes(floats))
