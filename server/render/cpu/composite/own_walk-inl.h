@@ -42,10 +42,10 @@ class OwnWalk {
     /// False if it would be wrong: so much of the field lies among points that it matters how, or its colours
     /// change too much.
     HWY_NOINLINE bool run() {
-        const std::uint32_t end = collect();
+        collect();
         ToldBorders told(room_.borders.data(), room_.mostLeft.data(), room_.told.data());
         PacketWalk walk(frame_, packet_, lane_, sights_);
-        walk.run(frame_.sections[0], told, end);
+        walk.run(frame_.sections[0], told, frame_.slabs);
         for (std::size_t i = 0; i < rays; ++i)
             if (count_[i] > 0 && told.refused(i)) return false;
         return addUp(walk.light());
@@ -67,8 +67,7 @@ class OwnWalk {
     static constexpr float mostWrong = 0.008F;  ///< of linear light
 
     /// Brings together where the points of each pixel are, slab by slab, as long as they let light through.
-    /// Returns the slab behind which no pixel shows anything.
-    HWY_NOINLINE std::uint32_t collect() {
+    HWY_NOINLINE void collect() {
         const Floats d;
         mostLeft_.values.fill(Light::least);
         std::uint64_t open = ~std::uint64_t{0} >> (64 - rays);
@@ -86,7 +85,6 @@ class OwnWalk {
             room_.borders[last] = std::numeric_limits<float>::max();
             room_.mostLeft[last] = mostLeft_[i];
         }
-        return open == 0 ? last_ + 1 : frame_.slabs;
     }
     /// Those of some pixels in a slab. Returns the pixels behind whose points nothing is seen.
     HWY_INLINE std::uint64_t collect(std::uint32_t slab, V weight, V moment, std::uint64_t held) {
@@ -108,7 +106,6 @@ class OwnWalk {
             mostLeft_[i] *= hidden[i];
             if (mostLeft_[i] > 1.0F) ended |= std::uint64_t{1} << i;
         }
-        last_ = slab;
         return ended;
     }
     HWY_INLINE void bring(std::size_t pixel, float from, float to, float tau) {
@@ -195,8 +192,7 @@ class OwnWalk {
     const std::size_t lane_;
     PacketSights& sights_;
     OwnPoints& room_;
-    std::size_t most_ = 0;    // of them
-    std::uint32_t last_ = 0;  // slab of that
+    std::size_t most_ = 0;  // of them
 };
 
 }  // namespace mote::render::HWY_NAMESPACE
