@@ -15,8 +15,9 @@
 namespace mote::server {
 namespace {
 
-/// Of statistics while they are summed, a point: moments of blocks, and what lies near a percentile's cut.
-constexpr std::uint64_t statisticsShare = 4;
+/// Of statistics while they are summed, bytes a point: moments of blocks, a sample, and what lies near a
+/// percentile's cut.
+constexpr std::uint64_t bytesOfPoint = 1;
 
 class StatisticsPart final : public QueryPart {
   public:
@@ -32,7 +33,7 @@ class StatisticsPart final : public QueryPart {
         MOTE_ASSIGN_OR_RETURN(const auto numbers, question.numbers());
         MOTE_RETURN_IF_ERROR(checkFurther(numbers));
         MOTE_ASSIGN_OR_RETURN(const auto chosen, question.chosen());
-        MOTE_ASSIGN_OR_RETURN(answer.memory, question.take(numbers.columns->pointCount() / statisticsShare));
+        MOTE_ASSIGN_OR_RETURN(answer.memory, question.take(numbers.columns->pointCount() * bytesOfPoint));
         storage::BeamFacts facts;
         facts.mass = manifest.mass();
         facts.particleCharge = manifest.particle_charge();

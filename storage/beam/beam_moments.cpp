@@ -301,6 +301,7 @@ class RowSums {
         BeamMoments::Sums out;
         const auto sums = sumAll(false);
         if (sums.count == 0) return out;
+        out.oneWeight = same_;
         out.greatestWeight = sums.greatestWeight;
         finish(sums, systemA, weightOf(sums), out.a);
         if (out.a.weight > 0.0) finishPlanes(sums, weightOf(sums), out.planes);
@@ -368,15 +369,18 @@ class RowSums {
 
 }  // namespace
 
-void BeamMoments::add(const BeamRows& rows) {
+std::uint64_t BeamMoments::add(const BeamRows& rows) {
+    std::uint64_t taken = 0;
     if (blocks_.empty() || blocks_.back().block != rows.block) blocks_.emplace_back().block = rows.block;
     for (std::size_t begin = 0; begin < rows.size; begin += rowsTogether) {
         const auto end = std::min(rows.size, begin + rowsTogether);
         auto some = RowSums(rows, begin, end, mass_).find();
         some.particles = end - begin;
         some.known = knownCoordinates(rows);
+        taken += some.a.count;
         join(blocks_.back(), some);
     }
+    return taken;
 }
 
 BeamMoments::Sums BeamMoments::total() const {

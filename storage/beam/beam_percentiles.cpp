@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "storage/beam/beam_piece.h"
-#include "storage/beam/moment_sums.h"
+#include "storage/beam/plane_actions.h"
 #include "storage/numbers/range_kernel.h"
 #include "storage/numbers/scan.h"
 
@@ -21,20 +21,13 @@ constexpr std::uint64_t binsOfWindow = 4096;
 constexpr std::uint64_t mostNear = std::uint64_t{1} << 18;  // particles near a cut that are sorted
 // Over the root of a sample's particles: the share that it has below a cut deviates by 0.3 and less.
 constexpr double marginOfOne = 0.9;
-constexpr std::size_t leastSample = std::size_t{1} << 10, mostSample = std::size_t{1} << 20;
+constexpr std::size_t leastSample = std::size_t{1} << 10, mostSample = std::size_t{1} << 19;
 constexpr std::size_t leastStride = 32;
 constexpr double sharesOfGreatest = 2147483648.0;
 constexpr std::uint64_t endOfActions = std::uint64_t{1} << 63;  // of the bits of what is not negative
 
 std::uint64_t bitsOf(double action) {
     return std::bit_cast<std::uint64_t>(action);
-}
-
-/// Whether so much of the weight is the percentage or more.
-bool reaches(std::uint64_t shares, std::uint32_t percent, std::uint64_t all) {
-    const std::uint64_t whole = all / 100, rest = all % 100;
-    const std::uint64_t needed = whole * percent + (rest * percent + 99) / 100;
-    return shares >= needed;
 }
 
 void add(Percentiles::Inside& to, const Percentiles::Inside& from) {
@@ -63,24 +56,19 @@ MOTE_ANY_VECTORS void findShares(double shareOfWeight, const double* weights, st
     }
 }
 
-/// Deviations from a plane's means, and actions: a q^2 + b (p - k q)^2.
+/// Deviations from a plane's means, and actions.
 struct Actions {
     alignas(64) std::array<double, PlanePiece::most> q, p, action;
 };
 
-struct Ellipse {
-    double q, p, a, b, k;
-};
-
-MOTE_ANY_VECTORS void findActions(const Ellipse& of, const double* fromQ, const double* fromP,
+MOTE_ANY_VECTORS void findActions(const PlaneFrame& of, const double* fromQ, const double* fromP,
                                   std::size_t size, Actions& to) {
     for (std::size_t i = 0; i < size; ++i) {
         const double q = fromQ[i] - of.q;
         const double p = fromP[i] - of.p;
-        const double s = p - of.k * q;
         to.q[i] = q;
         to.p[i] = p;
-        to.action[i] = of.a * q * q + of.b * s * s;
+        to.action[i] = actionOf(of, q, p);
     }
 }
 
@@ -129,25 +117,18 @@ MOTE_ANY_VECTORS void sumSharesBelow(const CutsOfPlane& lowest, const Actions& o
 
 }  // namespace
 
-BeamSample::BeamSample(std::uint64_t particles)
-    : stride_(static_cast<std::size_t>(std::max<std::uint64_t>(leastStride, particles / mostSample))) {}
-
-void BeamSample::add(const BeamRows& rows) {
-    for (std::size_t i = 0; i < rows.size; i += stride_) {
-        for (std::size_t c = 0; c < coordinate_.size(); ++c)
-            if (!rows.coordinate[c].empty()) coordinate_[c].push_back(rows.coordinate[c][i]);
-        if (!rows.weight.empty()) weight_.push_back(rows.weight[i]);
-        ++size_;
-    }
+std::uint64_t BeamSample::strideOf(std::uint64_t particles) {
+    return std::max<std::uint64_t>(leastStride, particles / mostSample);
 }
 
-void BeamSample::merge(const BeamSample& other) {
-    const auto join = [](std::vector<double>& to, const std::vector<double>& from) {
+void BeamSample::add(const BeamRows& rows) {
+    const auto join = [&](std::vector<double>& to, std::span<const double> from) {
+        if (!from.empty()) to.reserve(room_);
         to.insert(to.end(), from.begin(), from.end());
     };
-    for (std::size_t c = 0; c < coordinate_.size(); ++c) join(coordinate_[c], other.coordinate_[c]);
-    join(weight_, other.weight_);
-    size_ += other.size_;
+    for (std::size_t c = 0; c < coordinate_.size(); ++c) join(coordinate_[c], rows.coordinate[c]);
+    join(weight_, rows.weight);
+    size_ += rows.size;
 }
 
 BeamRows BeamSample::rows() const {
@@ -177,39 +158,29 @@ void BeamPercentiles::Gathered::merge(const Gathered& other) {
     crowded = crowded || other.crowded;
 }
 
-BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total, const BeamSample* sample) {
+BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total, std::span<const BeamSample> sample) {
     emittances_.fill(std::numeric_limits<double>::quiet_NaN());
     shareOfWeight_ = sharesOfGreatest / total.greatestWeight;
     if (!std::isfinite(shareOfWeight_) || !(total.a.weight > 0.0)) return;
     for (std::size_t plane = 0; plane < planes; ++plane) {
-        const auto both = (std::uint32_t{1} << plane) | (std::uint32_t{1} << (plane + 4));
-        const auto lower = moments::lowerOf(total.a, 2 * plane, 2 * plane + 1);
-        auto& frame = frames_[plane];
-        frame.q = total.a.mean[2 * plane];
-        frame.p = total.a.mean[2 * plane + 1];
-        frame.k = lower.qp / lower.qq;
-        const double rest = lower.pp - frame.k * lower.qp;
-        frame.a = lower.weight / lower.qq;
-        frame.b = lower.weight / rest;
-        constexpr double noEmittance = 1e-14;
-        frame.defined = (total.known & both) == both && lower.qq > 0.0 && rest > noEmittance * lower.pp &&
-                        std::isfinite(frame.a) && std::isfinite(frame.b);
-        if (frame.defined) state_ = State::narrowing;
+        frames_[plane] = planeFrame(total, plane);
+        if (frames_[plane].defined) state_ = State::narrowing;
     }
     openWindows();
-    if (state_ != State::narrowing || sample == nullptr || sample->rows().size < leastSample) return;
-    margin_ = marginOfOne / std::sqrt(static_cast<double>(sample->rows().size));
+    std::size_t size = 0;
+    for (const auto& part : sample) size += part.size();
+    if (state_ != State::narrowing || size < leastSample) return;
+    margin_ = marginOfOne / std::sqrt(static_cast<double>(size));
     // Else more would be near a cut than are sorted.
-    if (2.0 * margin_ * static_cast<double>(total.a.count) < static_cast<double>(mostNear))
-        askSample(sample->rows());
+    if (2.0 * margin_ * static_cast<double>(total.a.count) < static_cast<double>(mostNear)) askSample(sample);
 }
 
 /// Finds windows in which all cuts lie, as far as a sample tells: in bins, and in bins of these.
-void BeamPercentiles::askSample(const BeamRows& rows) {
+void BeamPercentiles::askSample(std::span<const BeamSample> sample) {
     state_ = State::sampling;
     for (int pass = 0; pass < 2; ++pass) {
         Gathered gathered;
-        add(rows, gathered);
+        for (const auto& part : sample) add(part.rows(), gathered);
         narrowBySample(gathered.bins);
     }
     bySample_ = true;
@@ -241,8 +212,8 @@ void BeamPercentiles::add(const BeamRows& rows, Gathered& gathered) const {
         for (std::size_t plane = 0; plane < planes; ++plane) {
             const auto& frame = frames_[plane];
             if (!frame.defined) continue;
-            findActions({frame.q, frame.p, frame.a, frame.b, frame.k}, from.value[2 * plane].data(),
-                        from.value[2 * plane + 1].data(), piece.size, piece);
+            findActions(frame, from.value[2 * plane].data(), from.value[2 * plane + 1].data(), piece.size,
+                        piece);
             if (counting()) {
                 count(piece, plane, gathered);
             } else {
@@ -395,8 +366,8 @@ bool BeamPercentiles::sampleWasRight(const Gathered& gathered) {
         if (!frames_[cut / percents.size()].defined) continue;
         const auto percent = percents[cut % percents.size()];
         // Nothing is below a window from 0 on; else it must not reach so far.
-        if (windows_[cut].lowest > 0 && reaches(below[cut], percent, all)) return false;
-        if (!reaches(below[cut] + near[cut], percent, all)) return false;
+        if (windows_[cut].lowest > 0 && reachesPercent(below[cut], percent, all)) return false;
+        if (!reachesPercent(below[cut] + near[cut], percent, all)) return false;
         windows_[cut].below = below[cut];
     }
     allShares_ = all;
@@ -413,7 +384,7 @@ void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
         std::uint64_t below = window.below;
         std::uint64_t bin = 0;
         while (bin + 1 < binsOfWindow &&
-               !reaches(below + of[bin].share, percents[cut % percents.size()], allShares_)) {
+               !reachesPercent(below + of[bin].share, percents[cut % percents.size()], allShares_)) {
             below += of[bin++].share;
         }
         auto& narrowed = next[cut];
@@ -430,6 +401,11 @@ void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
     }
     windows_ = next;
     if (enough) state_ = State::gathering;
+}
+
+void BeamPercentiles::finish(const std::array<double, cuts>& emittances) {
+    emittances_ = emittances;
+    state_ = State::done;
 }
 
 void BeamPercentiles::finish(Gathered& gathered) {
@@ -450,7 +426,7 @@ void BeamPercentiles::finish(Gathered& gathered) {
         std::uint64_t shares = windows_[cut].below;
         double action = -1.0;
         for (const auto& near : nearOf[cut]) {
-            const bool reached = reaches(shares, percents[cut % percents.size()], allShares_);
+            const bool reached = reachesPercent(shares, percents[cut % percents.size()], allShares_);
             if (reached && near.action != action) break;
             action = near.action;
             shares += near.share;

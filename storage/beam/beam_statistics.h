@@ -56,6 +56,7 @@ class BeamMoments {
         std::uint64_t particles = 0;  ///< that were given
         std::uint32_t known = 0;      ///< bit c: coordinate c
         double greatestWeight = 0.0;
+        bool oneWeight = true;  ///< false: weights may differ
         Second<sizeA> a;
         Second<sizeB> b;
         std::array<Plane, 3> planes{};  ///< x, y, z with their momenta
@@ -64,7 +65,8 @@ class BeamMoments {
     /// `mass`: eV/c^2; 0: not known, and energy is left out.
     explicit BeamMoments(double mass = 0.0) : mass_(mass) {}
 
-    void add(const BeamRows& rows);
+    /// Returns how many of the rows take part.
+    std::uint64_t add(const BeamRows& rows);
     /// What another thread or process has, of the same mass.
     void merge(std::span<const Sums> blocks) { blocks_.insert(blocks_.end(), blocks.begin(), blocks.end()); }
     std::span<const Sums> blocks() const { return blocks_; }
@@ -78,23 +80,28 @@ class BeamMoments {
     std::vector<Sums> blocks_;
 };
 
-/// Some of the particles, so evenly taken from blocks in which neighbours are alike that cuts of all lie near
-/// theirs. Which they are depends on nothing but the blocks.
+/// Some of the particles: of all of them one in strideOf(), in an order in which neighbours are alike, so
+/// that cuts of all lie near theirs. May be held in several parts, one behind another.
 class BeamSample {
   public:
-    /// Of so many particles at most: one in 32 or fewer, a million at most.
-    explicit BeamSample(std::uint64_t particles);
+    /// Of so many particles: 32 or more, so that half a million at most are taken.
+    static std::uint64_t strideOf(std::uint64_t particles);
 
+    void reserve(std::size_t rows) { room_ = rows; }
     void add(const BeamRows& rows);
-    /// What another thread has of the same particles.
-    void merge(const BeamSample& other);
+    std::size_t size() const { return size_; }
     BeamRows rows() const;
 
   private:
-    std::size_t stride_;
     std::array<std::vector<double>, BeamRows::coordinates> coordinate_;
     std::vector<double> weight_;
-    std::size_t size_ = 0;
+    std::size_t size_ = 0, room_ = 0;
+};
+
+/// An ellipse in the plane of a coordinate and its momentum: action = a q^2 + b (p - k q)^2, about q and p.
+struct PlaneFrame {
+    double q = 0.0, p = 0.0, a = 0.0, b = 0.0, k = 0.0;
+    bool defined = false;  ///< both are known, and there is an area
 };
 
 /// Further passes: the rms emittances of those with the smallest single-particle action, in x, y and z, that
@@ -137,25 +144,23 @@ class BeamPercentiles {
         void merge(const Gathered& other);
     };
 
-    /// Of total() of all moments. `sample`: of the same particles; null, or too few: windows are found by a
+    /// Of total() of all moments. `sample`: of the same particles; none, or too few: windows are found by a
     /// pass over all.
-    explicit BeamPercentiles(const BeamMoments::Sums& total, const BeamSample* sample = nullptr);
+    explicit BeamPercentiles(const BeamMoments::Sums& total, std::span<const BeamSample> sample = {});
 
     /// Whether another pass over all blocks is needed.
     bool needsPass() const { return state_ != State::done; }
     void add(const BeamRows& rows, Gathered& gathered) const;
     /// Ends a pass that has seen all blocks.
     void finishPass(Gathered gathered);
+    /// Ends all passes: the emittances were found otherwise.
+    void finish(const std::array<double, cuts>& emittances);
 
     /// To be divided by the mass: m eV/c, by plane, then percent; NaN: not defined.
     const std::array<double, cuts>& emittances() const { return emittances_; }
 
   private:
     enum class State { sampling, narrowing, gathering, done };
-    struct Frame {  ///< action = a q^2 + b (p - k q)^2, about the means
-        double q = 0.0, p = 0.0, a = 0.0, b = 0.0, k = 0.0;
-        bool defined = false;
-    };
     struct Window {                ///< of the bits of actions, in which a cut lies
         std::uint64_t first = 0;   ///< where bins begin; what is less lies in the first
         int shift = 0;             ///< a bin is 2^shift wide
@@ -167,7 +172,7 @@ class BeamPercentiles {
     struct Piece;
     bool counting() const { return state_ == State::sampling || state_ == State::narrowing; }
     void openWindows();
-    void askSample(const BeamRows& rows);
+    void askSample(std::span<const BeamSample> sample);
     void count(const Piece& piece, std::size_t plane, Gathered& gathered) const;
     void gather(const Piece& piece, std::size_t plane, Gathered& gathered, BlockSums& sums) const;
     std::span<const Bin> binsOf(const Window& window, const std::vector<Bin>& bins);
@@ -180,7 +185,7 @@ class BeamPercentiles {
     double margin_ = 0.0;    // of the weight, on both sides of a cut, where a sample tells windows
     bool bySample_ = false;  // windows are told by a sample
     std::uint64_t allShares_ = 0;
-    std::array<Frame, planes> frames_{};
+    std::array<PlaneFrame, planes> frames_{};
     std::array<Window, cuts> windows_{};
     std::array<double, cuts> emittances_{};
     State state_ = State::done;

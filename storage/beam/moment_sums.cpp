@@ -51,6 +51,8 @@ Plane shifted(const Plane& plane, const Lower& lower, double dq, double dp) {
 void join(BeamMoments::Sums& to, const BeamMoments::Sums& from) {
     to.known = to.particles == 0 ? from.known : from.particles == 0 ? to.known : (to.known & from.known);
     to.particles += from.particles;
+    to.oneWeight = to.oneWeight && from.oneWeight &&
+                   (to.a.count == 0 || from.a.count == 0 || to.greatestWeight == from.greatestWeight);
     to.greatestWeight = std::max(to.greatestWeight, from.greatestWeight);
     join(to.b, from.b);
     if (from.a.weight > 0.0 && to.a.weight > 0.0) {

@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "storage/beam/beam_rims.h"
 #include "storage/beam/beam_statistics.h"
 #include "storage/numbers/bin_axis.h"
 #include "storage/numbers/chosen_kernel.h"
@@ -40,13 +41,25 @@ class RowWalk {
     std::uint32_t groups() const { return groups_ != nullptr ? groups_->bins() : 1; }
     /// Of the numbers that `take` is called with.
     static std::size_t threads();
-    /// False where `cancelled` said to stop. Throws StorageError.
+    /// The rows of a part of the points have its number as their block. False where `cancelled` said to stop.
+    /// Throws StorageError.
     bool walk(const std::function<bool()>& cancelled, const Take& take) const;
+    /// Numbers of blocks are less.
+    std::uint64_t parts() const { return std::min(mostParts, blockCount(columns_.pointCount())); }
+    /// Some of the points, whatever their groups; the same for any number of threads. Nothing where
+    /// `cancelled` said to stop. Throws StorageError.
+    std::optional<std::vector<BeamSample>> sample(const std::function<bool()>& cancelled) const;
 
   private:
+    static constexpr std::uint64_t mostParts = 64;
     static constexpr std::size_t columnsOfRow = BeamRows::coordinates + 1;  // and weight
     class Buffer;
     class Part;
+    class Sampled;
+
+    /// Calls `work(part, next)` on all threads, where `next()` gives the part's blocks, one after another.
+    template <class Work>
+    bool forParts(const std::function<bool()>& cancelled, const Work& work) const;
 
     const ParticleColumns& columns_;
     const PointMask* const chosen_;
@@ -57,12 +70,47 @@ class RowWalk {
 
 // The points are cut into parts. Within one, the rows of each group are gathered until they fill a block:
 // which rows are in which block depends on nothing but the points.
-constexpr std::uint64_t mostParts = 64;
 constexpr std::size_t blockRows = 4096;  // of one group
 constexpr std::size_t groupRows = 512;   // of one of several
 constexpr std::size_t pointsTogether = 512;
 constexpr std::array<const char*, BeamRows::coordinates + 1> names{"x",  "y",  "z",  "t",
                                                                    "px", "py", "pz", "weight"};
+
+/// A column of the block, as it lies in the file.
+class Stored {
+  public:
+    static Stored of(const ParticleColumns& columns, std::size_t column, PointRange block) {
+        const auto& info = columns.columns()[column];
+        Stored stored;
+        stored.offset = info.offset;
+        if (info.doubles)
+            stored.doubles = columns.doubles(column, block.begin, block.count);
+        else
+            stored.floats = columns.values(column, block.begin, block.count);
+        return stored;
+    }
+
+    double offset = 0.0;
+    std::span<const float> floats;
+    std::span<const double> doubles;  ///< instead
+
+    double at(std::size_t i) const {
+        return doubles.empty() ? offset + static_cast<double>(floats[i]) : doubles[i];
+    }
+    /// Asks memory for values that come next: by turns of columns it does not see them coming.
+    void expect(std::size_t begin, std::size_t count) const {
+        expect(floats, begin, count);
+        expect(doubles, begin, count);
+    }
+
+  private:
+    template <class T>
+    static void expect(std::span<const T> values, std::size_t begin, std::size_t count) {
+        constexpr std::size_t line = 64 / sizeof(T);
+        for (std::size_t i = begin; i < std::min(begin + count, values.size()); i += line)
+            __builtin_prefetch(values.data() + i);
+    }
+};
 
 /// Rows of one group that are not yet a block.
 class RowWalk::Buffer {
@@ -119,7 +167,7 @@ class RowWalk::Part {
         }
         if (walk_.quantities_ != nullptr) lookAtQuantities(block);
         for (std::size_t c = walk_.quantities_ != nullptr ? columnsOfRow - 1 : 0; c < columnsOfRow; ++c) {
-            if (walk_.sources_[c]) look(*walk_.sources_[c], block, stored_[c]);
+            if (walk_.sources_[c]) stored_[c] = Stored::of(walk_.columns_, *walk_.sources_[c], block);
         }
         if (walk_.groups_ == nullptr) return addAll(block);
         bins_.resize(block.count);
@@ -140,40 +188,6 @@ class RowWalk::Part {
     }
 
   private:
-    /// A column of the block, as it lies in the file.
-    class Stored {
-      public:
-        double offset = 0.0;
-        std::span<const float> floats;
-        std::span<const double> doubles;  ///< instead
-
-        double at(std::size_t i) const {
-            return doubles.empty() ? offset + static_cast<double>(floats[i]) : doubles[i];
-        }
-        /// Asks memory for values that come next: by turns of columns it does not see them coming.
-        void expect(std::size_t begin, std::size_t count) const {
-            expect(floats, begin, count);
-            expect(doubles, begin, count);
-        }
-
-      private:
-        template <class T>
-        static void expect(std::span<const T> values, std::size_t begin, std::size_t count) {
-            constexpr std::size_t line = 64 / sizeof(T);
-            for (std::size_t i = begin; i < std::min(begin + count, values.size()); i += line)
-                __builtin_prefetch(values.data() + i);
-        }
-    };
-
-    void look(std::size_t column, PointRange block, Stored& stored) const {
-        const auto& info = walk_.columns_.columns()[column];
-        stored.offset = info.offset;
-        if (info.doubles)
-            stored.doubles = walk_.columns_.doubles(column, block.begin, block.count);
-        else
-            stored.floats = walk_.columns_.values(column, block.begin, block.count);
-    }
-
     void lookAtQuantities(PointRange block) {
         std::vector<std::span<double>> out;
         for (std::size_t c = 0; c < walk_.quantities_->size(); ++c) {
@@ -251,26 +265,99 @@ class RowWalk::Part {
     BinAxis::Scratch scratch_;
 };
 
-bool RowWalk::walk(const std::function<bool()>& cancelled, const Take& take) const {
+/// One of so many points of a part.
+class RowWalk::Sampled {
+  public:
+    /// `rows`: of the part, or so.
+    Sampled(const RowWalk& walk, std::uint64_t stride, std::uint64_t rows)
+        : walk_(walk), stride_(stride), next_(stride / 2) {
+        sample_.reserve(static_cast<std::size_t>(2 * rows / stride));
+    }
+
+    void add(PointRange block) {
+        places_.clear();
+        if (walk_.chosen_ != nullptr) {
+            findChosen(block);
+        } else {
+            for (; next_ < block.count; next_ += stride_) places_.push_back(static_cast<std::size_t>(next_));
+            next_ -= block.count;
+        }
+        if (places_.empty()) return;
+        BeamRows rows;
+        rows.size = places_.size();
+        for (std::size_t c = 0; c < columnsOfRow; ++c) {
+            if (!walk_.sources_[c]) continue;
+            const auto stored = Stored::of(walk_.columns_, *walk_.sources_[c], block);
+            values_[c].resize(places_.size());
+            std::ranges::transform(places_, values_[c].begin(), [&](std::size_t i) { return stored.at(i); });
+            (c < BeamRows::coordinates ? rows.coordinate[c] : rows.weight) = values_[c];
+        }
+        sample_.add(rows);
+    }
+    BeamSample take() { return std::move(sample_); }
+
+  private:
+    void findChosen(PointRange block) {
+        const auto first = block.begin / PointMask::wordBits;
+        for (std::size_t i = 0; i < wordCount(block.count); ++i) {
+            auto word = walk_.chosen_->words()[first + i];
+            const auto chosen = static_cast<std::uint64_t>(std::popcount(word));
+            for (std::uint64_t passed = 0; next_ < chosen; next_ += stride_) {
+                for (; passed < next_; ++passed) word &= word - 1;
+                places_.push_back(i * PointMask::wordBits + static_cast<std::size_t>(std::countr_zero(word)));
+            }
+            next_ -= chosen;
+        }
+    }
+
+    const RowWalk& walk_;
+    const std::uint64_t stride_;
+    std::uint64_t next_;  ///< of the chosen points from here on
+    std::vector<std::size_t> places_;
+    std::array<std::vector<double>, columnsOfRow> values_;
+    BeamSample sample_;
+};
+
+template <class Work>
+bool RowWalk::forParts(const std::function<bool()>& cancelled, const Work& work) const {
     const auto points = columns_.pointCount();
-    const auto blocks = blockCount(points);
-    const auto parts = std::min(mostParts, blocks);
+    const auto blocks = blockCount(points), parts = this->parts();
     std::atomic<bool> stop{false};
     const auto stopNow = [&] { return stop || (cancelled && cancelled()); };
-    const bool whole = forBlocks(parts, stopNow, [&](std::uint64_t index) {
+    const bool whole = forBlocks(parts, stopNow, [&](std::uint64_t part) {
+        auto block = part * blocks / parts;
+        work(part, [&]() -> std::optional<PointRange> {
+            if (block == (part + 1) * blocks / parts) return std::nullopt;
+            if (stopNow()) {
+                stop = true;
+                return std::nullopt;
+            }
+            return pointsOfBlock(block++, points);
+        });
+    });
+    return whole && !stop;
+}
+
+bool RowWalk::walk(const std::function<bool()>& cancelled, const Take& take) const {
+    return forParts(cancelled, [&](std::uint64_t index, const auto& next) {
         const auto thread =
             static_cast<std::size_t>(std::max(0, tbb::this_task_arena::current_thread_index()));
         Part part(*this, take, index, thread);
-        for (auto block = index * blocks / parts; block < (index + 1) * blocks / parts; ++block) {
-            if (stopNow()) {
-                stop = true;
-                return;
-            }
-            part.add(pointsOfBlock(block, points));
-        }
+        while (const auto block = next()) part.add(*block);
         part.finish();
     });
-    return whole && !stop;
+}
+
+std::optional<std::vector<BeamSample>> RowWalk::sample(const std::function<bool()>& cancelled) const {
+    std::vector<BeamSample> parts(static_cast<std::size_t>(this->parts()));
+    const auto points = this->points(), stride = BeamSample::strideOf(points);
+    if (!forParts(cancelled, [&](std::uint64_t index, const auto& next) {
+            Sampled part(*this, stride, points / parts.size());
+            while (const auto block = next()) part.add(*block);
+            parts[index] = part.take();
+        }))
+        return std::nullopt;
+    return parts;
 }
 
 /// The values of each group of a walk. Nothing where `cancelled` says so.
@@ -281,24 +368,36 @@ std::optional<std::vector<std::vector<double>>> valuesOf(const RowWalk& walk, co
     const auto groups = walk.groups();
     std::vector<std::vector<BeamMoments>> moments(threads,
                                                   std::vector<BeamMoments>(groups, BeamMoments(facts.mass)));
-    const bool sampled = wanted == Passes::percentilesToo && groups == 1;
-    std::vector<BeamSample> samples(threads, BeamSample(walk.points()));
+    std::vector<BeamSample> sample;
+    std::optional<BeamRims> rims;
+    if (wanted == Passes::percentilesToo && groups == 1) {
+        auto taken = walk.sample(cancelled);
+        if (!taken) return std::nullopt;
+        sample = *std::move(taken);
+        rims.emplace(sample, walk.points());
+    }
+    std::vector<BeamRims::Gathered> rimsOf(rims && rims->known() ? walk.parts() : 0);
     if (!walk.walk(cancelled, [&](std::size_t thread, std::uint32_t group, const BeamRows& rows) {
-            moments[thread][group].add(rows);
-            if (sampled) samples[thread].add(rows);
+            const auto taken = moments[thread][group].add(rows);
+            if (!rimsOf.empty()) rims->add(rows, taken == rows.size, rimsOf[rows.block]);
         }))
         return std::nullopt;
-    for (std::size_t thread = 1; thread < threads; ++thread) samples[0].merge(samples[thread]);
     std::vector<BeamMoments::Sums> totals;
     std::vector<BeamPercentiles> percentiles;
     for (std::uint32_t group = 0; group < groups; ++group) {
         for (std::size_t thread = 1; thread < threads; ++thread)
             moments[0][group].merge(moments[thread][group].blocks());
         totals.push_back(moments[0][group].total());
-        percentiles.emplace_back(totals.back(), sampled ? &samples[0] : nullptr);
+        percentiles.emplace_back(totals.back());
     }
     moments.clear();
-    samples.clear();
+    if (!rimsOf.empty() && percentiles[0].needsPass()) {
+        const auto found = rims->emittances(totals[0], rimsOf);
+        if (found) percentiles[0].finish(*found);
+    }
+    rimsOf.clear();
+    if (!sample.empty() && percentiles[0].needsPass()) percentiles[0] = BeamPercentiles(totals[0], sample);
+    sample.clear();
     const auto needsPass = [](const BeamPercentiles& one) { return one.needsPass(); };
     while (wanted == Passes::percentilesToo && std::ranges::any_of(percentiles, needsPass)) {
         std::vector<std::vector<BeamPercentiles::Gathered>> passes(

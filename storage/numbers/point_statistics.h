@@ -28,8 +28,8 @@ struct SlicesWanted {
     enum class Of : std::uint8_t { even, charge } of = Of::even;
 };
 
-/// Percentiles take two passes more over all values than moments do; without slices mostly one, and memory
-/// for a sample of a million points at most.
+/// Percentiles take two passes more over all values than moments do; without slices mostly none if weights
+/// are alike and one if not, and memory for a sample of half a million points and for what lies near cuts.
 enum class Passes { momentsAlone, percentilesToo };
 
 struct PointStatistics {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "storage/beam/beam_rims.h"
 #include "storage/beam/beam_statistics.h"
 
 namespace mote::test {
@@ -495,6 +496,15 @@ TEST(BeamStatistics, PercentilesOfEqualActionsHoldAllOfThem) {
     EXPECT_NEAR(valueOf(values, "norm_emit_x"), 0.5 * 1e9 / mass, 1e-12);
 }
 
+/// Of one in so many blocks.
+BeamSample sampleOf(const Particles& particles, std::size_t block, std::size_t stride) {
+    BeamSample sample;
+    const auto rows = BeamSample::strideOf(particles.size());
+    for (std::size_t i = 0; i < particles.size(); i += rows)
+        if (i / block % stride == 0) sample.add(rowsOf(particles, 0, i, 1));
+    return sample;
+}
+
 /// Of one thread, by a sample of one in so many blocks; how many passes that takes is told.
 std::vector<double> sampledStatistics(const Particles& particles, std::size_t block, std::size_t stride,
                                       int& passes) {
@@ -503,12 +513,9 @@ std::vector<double> sampledStatistics(const Particles& particles, std::size_t bl
     const auto rows = [&](std::size_t i) {
         return rowsOf(particles, i, i * block, std::min(block, particles.size() - i * block));
     };
-    BeamSample sample(particles.size());
-    for (std::size_t i = 0; i < blocks; ++i) {
-        moments.add(rows(i));
-        if (i % stride == 0) sample.add(rows(i));
-    }
-    BeamPercentiles percentiles(moments.total(), &sample);
+    for (std::size_t i = 0; i < blocks; ++i) moments.add(rows(i));
+    const auto sample = sampleOf(particles, block, stride);
+    BeamPercentiles percentiles(moments.total(), std::span(&sample, 1));
     for (passes = 0; percentiles.needsPass(); ++passes) {
         BeamPercentiles::Gathered gathered;
         for (std::size_t i = 0; i < blocks; ++i) percentiles.add(rows(i), gathered);
@@ -564,6 +571,123 @@ TEST(BeamStatistics, PercentilesByAWrongSampleAreTheSame) {
         expectSamePercentiles(sampledStatistics(particles, 4096, 2, passes), expected);
         EXPECT_EQ(passes, 3);
     }
+}
+
+/// Percentiles from the pass of moments, by a sample of one in so many blocks: NaN all if it says nothing.
+std::vector<double> rimmedStatistics(const Particles& particles, std::size_t block, std::size_t stride) {
+    const auto sample = sampleOf(particles, block, stride);
+    BeamRims rims(std::span(&sample, 1), particles.size());
+    BeamMoments moments(mass);
+    const std::size_t blocks = (particles.size() + block - 1) / block;
+    std::vector<BeamRims::Gathered> gathered(blocks);
+    for (std::size_t i = 0; i < blocks; ++i) {
+        const auto rows = rowsOf(particles, i, i * block, std::min(block, particles.size() - i * block));
+        const auto taken = moments.add(rows);
+        if (rims.known()) rims.add(rows, taken == rows.size, gathered[i]);
+    }
+    const auto total = moments.total();
+    BeamPercentiles percentiles(total);
+    const auto found = rims.known() ? rims.emittances(total, gathered) : std::nullopt;
+    BeamRims::Emittances nothing;
+    nothing.fill(notNumber);
+    percentiles.finish(found.value_or(nothing));
+    return beamValues(total, percentiles, {mass, "1", 0, 0.0});
+}
+
+bool knowsPercentiles(const std::vector<double>& values) {
+    return !std::isnan(valueOf(values, "emit90_action_x"));
+}
+
+Particles ofOneWeight(Particles particles, double weight) {
+    std::ranges::fill(particles.weight, weight);
+    return particles;
+}
+
+TEST(BeamRims, SayWhatASortSays) {
+    for (const double weight : {1.0, 3e-17, 7e11}) {
+        const auto particles = ofOneWeight(generate(150000, 1, false), weight);
+        const auto values = rimmedStatistics(particles, 4096, 1);
+        ASSERT_TRUE(knowsPercentiles(values)) << weight;
+        expectSamePercentiles(values, statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0}));
+        Plain plain(particles);
+        for (const std::string plane : {"x", "y", "z"}) {
+            for (const int percent : {90, 95, 99}) {
+                const Real inside = plain.inside(plane, "p" + plane, percent) / mass;
+                const auto name = "emit" + std::to_string(percent) + "_action_" + plane;
+                expectClose(valueOf(values, name), inside, 10 * inside, name);
+            }
+        }
+    }
+}
+
+TEST(BeamRims, RowsThatAreNoNumbersAreAsIfTheyWereNotThere) {
+    auto particles = ofOneWeight(generate(150000, 4, true), 1.0);
+    for (std::size_t i = 0; i < particles.size(); i += 1000) particles.weight[i] = notNumber;
+    // Far from all others they would have all of the digits.
+    std::ranges::replace(particles.coordinate[6], 0.0, 1e9);
+    // All of a block take part.
+    for (std::size_t i = 0; i < 4096; ++i)
+        for (auto& c : particles.coordinate) c[i] = c[5000];
+    const auto values = rimmedStatistics(particles, 4096, 1);
+    ASSERT_FALSE(knowsPercentiles(values)) << "weights that are no numbers are not alike";
+    std::ranges::fill(particles.weight, 1.0);
+    const auto good = rimmedStatistics(particles, 4096, 1);
+    ASSERT_TRUE(knowsPercentiles(good));
+    expectSamePercentiles(good, statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0}));
+}
+
+/// Coordinates have few values, so that many actions are equal, at each cut.
+TEST(BeamRims, OfEqualActionsAllOrNoneAreInside) {
+    auto particles = ofOneWeight(generate(300000, 2, false), 1.0);
+    constexpr std::array<double, 7> steps{5e-4, 2e-4, 2e-3, 1e-9, 1e5, 1e5, 2e5};
+    for (std::size_t c = 0; c < steps.size(); ++c)
+        for (auto& value : particles.coordinate[c]) value = std::round(value / steps[c]) * steps[c];
+    const auto values = rimmedStatistics(particles, 4096, 1);
+    ASSERT_TRUE(knowsPercentiles(values));
+    expectSamePercentiles(values, statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0}));
+}
+
+TEST(BeamRims, APlaneWithoutAnAreaHasNoPercentiles) {
+    auto particles = ofOneWeight(generate(100000, 1, false), 1.0);
+    std::ranges::fill(particles.coordinate[5], 1e3);
+    const auto values = rimmedStatistics(particles, 4096, 1);
+    ASSERT_TRUE(knowsPercentiles(values));
+    EXPECT_TRUE(std::isnan(valueOf(values, "emit90_action_y")));
+    expectSamePercentiles(values, statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0}));
+}
+
+TEST(BeamRims, SayNothingWhereTheyMightBeWrong) {
+    const auto good = ofOneWeight(generate(200000, 1, false), 1.0);
+    ASSERT_TRUE(knowsPercentiles(rimmedStatistics(good, 4096, 1)));
+    auto weighed = good;
+    weighed.weight[12345] = 1.5;  // not in the sample
+    EXPECT_FALSE(knowsPercentiles(rimmedStatistics(weighed, 4096, 1))) << "two weights";
+    weighed.weight[32 * 100] = 1.5;
+    EXPECT_FALSE(knowsPercentiles(rimmedStatistics(weighed, 4096, 1))) << "two in the sample";
+    EXPECT_FALSE(knowsPercentiles(rimmedStatistics(ofOneWeight(good, 0.0), 4096, 1))) << "no weight";
+    EXPECT_FALSE(knowsPercentiles(rimmedStatistics(ofOneWeight(generate(20000, 1, false), 1.0), 4096, 1)))
+        << "a small sample";
+    for (const double factor : {0.1, 0.97, 1.03, 10.0}) {
+        auto wrong = good;
+        for (std::size_t i = 0; i < wrong.size(); ++i)
+            for (const std::size_t c : {0U, 1U, 4U, 5U})
+                wrong.coordinate[c][i] *= i / 4096 % 2 == 0 ? factor : 1.0;
+        EXPECT_FALSE(knowsPercentiles(rimmedStatistics(wrong, 4096, 2))) << "a wrong sample, " << factor;
+    }
+    // What lies outside has all of the digits, and the sample knows of it.
+    auto far = good;
+    for (std::size_t i = 0; i < far.size(); i += 33) far.coordinate[0][i] = i / 1056 % 2 == 0 ? 1e6 : -1e6;
+    EXPECT_FALSE(knowsPercentiles(rimmedStatistics(far, 4096, 1))) << "few particles far away";
+}
+
+/// More lies in rims than is kept: all particles have one action.
+TEST(BeamRims, AreGivenUpWhereTooMuchLiesWithin) {
+    std::vector<std::pair<double, double>> ring;
+    for (int i = 0; i < 1000000; ++i) {
+        constexpr std::array<std::pair<double, double>, 4> corners{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
+        ring.push_back(corners[static_cast<std::size_t>(i * 7 / 3 % 4)]);
+    }
+    EXPECT_FALSE(knowsPercentiles(rimmedStatistics(ofPlane(ring), 65536, 1)));
 }
 
 TEST(BeamStatistics, NamesAreFoundOnce) {
