@@ -14,20 +14,27 @@ namespace {
 
 constexpr unsigned mostThreads = 3;
 
-int greatestDifference(const Image& one, const Image& other) {
+struct Difference {
+    int most = 0;        ///< steps of 255
+    std::size_t at = 0;  ///< the first such pixel, row by row
+};
+
+Difference greatestDifference(const Image& one, const Image& other) {
     if (one.pixels.size() != other.pixels.size()) throw std::logic_error("pictures of different sizes");
-    int most = 0;
-    for (std::size_t i = 0; i < one.pixels.size(); ++i)
-        most = std::max(most, std::abs(one.pixels[i] - other.pixels[i]));
-    return most;
+    Difference difference;
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+        const int off = std::abs(one.pixels[i] - other.pixels[i]);
+        if (off > difference.most) difference = {off, i / 4};
+    }
+    return difference;
 }
 
 /// What must be the same and is not counts as all that can be.
 void take(const Image& one, const Image& other, bool mayRound, const std::string& what, Verdict& verdict) {
-    const int off = greatestDifference(one, other);
+    const auto [off, at] = greatestDifference(one, other);
     if (off == 0) return;
     verdict.worst = std::max(verdict.worst, mayRound ? off : 255);
-    verdict.text += fmt::format("{}: {}/255 ", what, off);
+    verdict.text += fmt::format("{}: {}/255 at ({}, {}) ", what, off, at % one.width, at / one.width);
 }
 
 /// Whether a kind of vectors has a fused multiply-add.

@@ -351,7 +351,8 @@ HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& pack
                          });
             const PassedPart passed{front.way,  back.way, front.slope, reads.middle.extinction,
                                     back.slope, depth,    before};
-            gone = light.gone(borders.mostLeft());
+            // What neighbours meet where a ray itself meets nothing does not end it.
+            gone = light.gone(borders.mostLeft(), hn::Gt(depth, hn::Zero(d)));
             borders.pass(passed, light, steep);
             front = back;
         }

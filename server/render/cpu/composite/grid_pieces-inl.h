@@ -97,13 +97,14 @@ struct CellPath {
     }
 };
 
-/// A way through a cell, in light. `length`: of a way of 1; `alive`: the rays that see something yet.
+/// A way through a cell, in light. `length`: of a way of 1; `lit`: the rays that may see something of it, all
+/// others meet nothing.
 struct LitPath {
     const GridSource& source;
     const CellPath& path;
     const CellLight& light;
     V length;
-    hn::Mask<Floats> alive;
+    hn::Mask<Floats> lit;
 
     HWY_INLINE Sample sampleAt(V way) const {
         const Floats d;
@@ -111,17 +112,22 @@ struct LitPath {
         return source.sampleWith(way, path.densityAt(share));
     }
     HWY_INLINE LitPiece piece(const Piece& piece, const Sample& from, const Sample& to) const {
-        return {[&](V way) HWY_ATTR { return light.shadeAt(way); }, piece, from, to, length};
+        LitPiece own([&](V way) HWY_ATTR { return light.shadeAt(way); }, piece, from, to, length);
+        own.depth = hn::IfThenElseZero(lit, own.depth);
+        return own;
+    }
+    HWY_INLINE bool showsNothing(V depth) const {
+        return hn::AllFalse(Floats(), hn::And(lit, hn::Gt(depth, hn::Zero(Floats()))));
     }
 };
 
 template <int level, class Take>
-void takePieces(const LitPath& lit, const Sample& front, const Sample& back, const Take& take);
+void takePieces(const LitPath& path, const Sample& front, const Sample& back, const Take& take);
 
 /// Each ray in as many pieces as it wants itself: what its neighbours in the vector want must not show. One
-/// that has arrived stays at `back`, where its pieces are empty.
+/// that has arrived stays at `back`, where its pieces are empty. `wanted`: 0 of rays that want one.
 template <int level, class Take>
-HWY_INLINE void cutPieces(const LitPath& lit, const Sample& front, const Sample& back, V wanted,
+HWY_INLINE void cutPieces(const LitPath& path, const Sample& front, const Sample& back, V wanted,
                           const Take& take) {
     const Floats d;
     const V pieces =
@@ -133,8 +139,8 @@ HWY_INLINE void cutPieces(const LitPath& lit, const Sample& front, const Sample&
     while (++i <= most) {
         const auto arrived = hn::Ge(hn::Set(d, i), pieces);
         const Sample to =
-            hn::AllTrue(d, arrived) ? back : choose(arrived, back, lit.sampleAt(hn::Add(from.way, step)));
-        takePieces<level + 1>(lit, from, to, take);
+            hn::AllTrue(d, arrived) ? back : choose(arrived, back, path.sampleAt(hn::Add(from.way, step)));
+        takePieces<level + 1>(path, from, to, take);
         from = to;
     }
 }
@@ -142,16 +148,17 @@ HWY_INLINE void cutPieces(const LitPath& lit, const Sample& front, const Sample&
 /// Hands to `take(LitPiece)` what lies between two samples of a cell, in several pieces where some of the
 /// rays want that, and these once more.
 template <int level = 0, class Take>
-HWY_INLINE void takePieces(const LitPath& lit, const Sample& front, const Sample& back, const Take& take) {
+HWY_INLINE void takePieces(const LitPath& path, const Sample& front, const Sample& back, const Take& take) {
     const Floats d;
     const Piece whole(front, back);
-    if (hn::AllTrue(d, hn::Le(whole.depth, hn::Zero(d)))) return;
+    if (path.showsNothing(whole.depth)) return;
     if constexpr (level < 2) {
-        const V wanted = hn::IfThenElseZero(lit.alive, piecesWanted(whole, front, back, lit.length));
-        if (!hn::AllTrue(d, hn::Lt(wanted, hn::Set(d, enoughPieces[level]))))
-            return cutPieces<level>(lit, front, back, wanted, take);
+        const V wanted = piecesWanted(whole, front, back, path.length);
+        const auto many = hn::And(path.lit, hn::Ge(wanted, hn::Set(d, enoughPieces[level])));
+        if (!hn::AllFalse(d, many))
+            return cutPieces<level>(path, front, back, hn::IfThenElseZero(many, wanted), take);
     }
-    take(lit.piece(whole, front, back));
+    take(path.piece(whole, front, back));
 }
 
 /// Where to cut a way through a cell, as shares of it: between cuts the density only rises or only falls, so
@@ -186,7 +193,7 @@ struct MonotoneCuts {
 
 /// Hands to `take(LitPiece)` what rays meet on a path in a cell. `light`: the cell's, once it is needed.
 template <class Take>
-HWY_INLINE void takePath(const FieldCell& cell, const CellPath& path, V length, hn::Mask<Floats> alive,
+HWY_INLINE void takePath(const FieldCell& cell, const CellPath& path, V length, hn::Mask<Floats> lit,
                          CellLight& light, const Take& take) {
     const Floats d;
     const GridSource& source = cell.source();
@@ -201,19 +208,19 @@ HWY_INLINE void takePath(const FieldCell& cell, const CellPath& path, V length, 
     V seen = Piece(front, first).depth;
     if (once) seen = hn::Add(seen, Piece(first, second).depth);
     if (twice) seen = hn::Add(seen, Piece(second, back).depth);
-    if (hn::AllTrue(d, hn::Le(seen, hn::Zero(d)))) return;
+    const LitPath all{source, path, light, length, lit};
+    if (all.showsNothing(seen)) return;
     light.readOnce(cell);
-    const LitPath lit{source, path, light, length, alive};
-    takePieces(lit, front, first, take);
-    if (once) takePieces(lit, first, second, take);
-    if (twice) takePieces(lit, second, back, take);
+    takePieces(all, front, first, take);
+    if (once) takePieces(all, first, second, take);
+    if (twice) takePieces(all, second, back, take);
 }
 
 /// The same of what rays meet in a cell from a sample to a way, path by path. Returns a sample there.
 /// `even`: the rays to which its density does not change much.
 template <class Take>
 HWY_INLINE Sample takeCell(const FieldCell& cell, const ThreeAxes& rays, Sample front, V end, V length,
-                           hn::Mask<Floats> alive, hn::Mask<Floats> even, const Take& take) {
+                           hn::Mask<Floats> lit, hn::Mask<Floats> even, const Take& take) {
     const Floats d;
     CellLight light;
     do {
@@ -223,41 +230,45 @@ HWY_INLINE Sample takeCell(const FieldCell& cell, const ThreeAxes& rays, Sample 
         const V third = hn::Mul(hn::Sub(next, front.way), hn::Set(d, 1.0F / 3.0F));
         const V y1 = cell.densityAt(hn::Add(front.way, third)), y2 = cell.densityAt(hn::Sub(next, third));
         const Sample back = cell.sampleAt(next);
-        takePath(cell, CellPath(front, y1, y2, back, even), length, alive, light, take);
+        takePath(cell, CellPath(front, y1, y2, back, even), length, lit, light, take);
         front = back;
     } while (!hn::AllTrue(d, hn::Ge(front.way, end)));
     return front;
 }
 
 /// The same from a sample to a way, through all cells between. `seen()`: the rays that see something yet.
+/// What a ray meets, and the slope at its end, do not depend on its neighbours in the vector.
 template <class Seen, class Take>
 HWY_INLINE Sample takeCells(const GridSource& source, const ThreeAxes& rays, const Sample& from, V end,
                             V length, const Seen& seen, const Take& take) {
     const Floats d;
     Sample front = from;
     hn::Mask<Floats> kind = hn::FirstN(d, 0);  // of the cell before
-    bool known = false;                        // the front is sampled, in a cell of that kind
+    hn::Mask<Floats> known = kind;             // the front was sampled in one of that kind
     const auto going = [&]() HWY_ATTR { return hn::And(seen(), hn::Lt(front.way, end)); };
     for (auto alive = going(); !hn::AllFalse(d, alive); alive = going()) {
         const GridPlace place(source.samples(), rays, front.way);
         const FieldCell cell(source, place);
         const auto range = cell.range();
         const auto dark = source.showsNothing(range.low, range.high);
+        const auto lit = hn::AndNot(dark, alive);
+        const V darkSlope = hn::IfThenZeroElse(alive, front.slope);
         // However close the planes, each step must go on in single precision.
         const V leave = hn::Min(hn::Max(place.leave, hn::Add(front.way, hn::Set(d, 1e-7F))), end);
-        if (hn::AllFalse(d, hn::AndNot(dark, alive))) {
-            known = false;
+        if (hn::AllFalse(d, lit)) {
+            known = lit;
             front.way = leave;
-            front.slope = hn::IfThenZeroElse(alive, front.slope);
+            front.slope = darkSlope;
             continue;
         }
         // Where it is another grid's cell, the density begins anew.
-        known = known && hn::AllFalse(d, hn::Xor(kind, place.corrected));
-        if (!known) front = cell.sampleAt(front.way);
+        known = hn::AndNot(hn::Xor(kind, place.corrected), known);
+        if (!hn::AllFalse(d, hn::AndNot(known, lit))) front = choose(known, front, cell.sampleAt(front.way));
         const auto even = hn::Or(dark, hn::Lt(hn::Sub(range.high, range.low), hn::Set(d, bentDensity)));
-        front = takeCell(cell, rays, front, leave, length, alive, even, take);
+        front = takeCell(cell, rays, front, leave, length, lit, even, take);
+        front.slope = hn::IfThenElse(lit, front.slope, darkSlope);
         kind = place.corrected;
-        known = true;
+        known = lit;
     }
     return front;
 }

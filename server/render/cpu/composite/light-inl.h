@@ -165,11 +165,12 @@ struct Light {
         return gone(hn::Max(hn::Mul(darkest, hn::Set(d, leastOfDarkest)), hn::Set(d, least)));
     }
     /// The same where more may be left, of each ray, and nothing more be seen.
-    HWY_INLINE bool gone(V mostLeft) {
+    HWY_INLINE bool gone(V mostLeft) { return gone(mostLeft, hn::Gt(left, hn::Zero(Floats()))); }
+    /// The same of some rays.
+    HWY_INLINE bool gone(V mostLeft, hn::Mask<Floats> which) {
         const Floats d;
-        const auto ended = hn::Lt(left, mostLeft);
-        left = hn::IfThenZeroElse(ended, left);
-        return hn::AllTrue(d, ended);
+        left = hn::IfThenZeroElse(hn::And(which, hn::Lt(left, mostLeft)), left);
+        return hn::AllTrue(d, hn::Le(left, hn::Zero(d)));
     }
 };
 

@@ -98,6 +98,8 @@ class SmoothWalk {
             passed = back;
             light.left = hn::Mul(through, passed.left);
             if (light.gone()) return light;
+            // What ended is not told anew by what its neighbours have behind.
+            through = hn::IfThenElseZero(light.seen(), through);
         }
         const Light end = fieldsTo(lattice_.lastRow());
         addFields(through, passed, end, light);

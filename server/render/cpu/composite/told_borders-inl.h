@@ -115,7 +115,8 @@ class BorderLights {
         // Of a part that hides less, little is wrong whatever its colours. At borders of a ray's own points
         // what is left follows from a parabola nearly enough, however steep.
         const auto steep = told_->mostLeft() != nullptr ? rays.colorful : rays.all;
-        const auto much = hn::And(steep, hn::Gt(part.depth, hn::Set(d, 0.25F)));
+        const auto seen = hn::Gt(part.before.left, hn::Zero(d));
+        const auto much = hn::And(hn::And(steep, seen), hn::Gt(part.depth, hn::Set(d, 0.25F)));
         wrong_ = hn::Or(wrong_, hn::And(here, much));
         for (; !hn::AllFalse(d, here); here = hn::Le(border_, part.to))
             tell(here, lightAt(here, part, light));
