@@ -78,6 +78,24 @@ TEST(ParticlesJob, SameBytesForAnyNumberOfThreads) {
     }
 }
 
+/// Of a single step that fits the memory, rows and then ids are held, and hashed there and not from the disk.
+TEST(ParticlesJob, HashesOfWhatIsHeldAreThoseOfTheFile) {
+    const test::TempDir dir;
+    constexpr std::uint64_t particles = 300000;
+    for (const std::uint64_t memory : {std::uint64_t{0}, std::uint64_t{160'000'000}}) {
+        auto step = beamStep(particles, 1);
+        // Floats alone: ids go with the last of them.
+        step[Column::weight].clear();
+        for (std::uint64_t i = 0; i < particles; ++i) step.ids.push_back(7 + (i * 7919 + 5) % particles);
+        FakeSource source({step});
+        const auto output = dir / fmt::format("of{}.mote", memory);
+        const auto made = make(requestFor(), source, output, {2, memory});
+        ASSERT_TRUE(made.ok()) << made.error().toString();
+        EXPECT_EQ(made->particles().steps(0).particles(), particles);
+        for (const auto& error : storage::verifyDataset(output)) ADD_FAILURE() << error.toString();
+    }
+}
+
 TEST(ParticlesJob, LeftOutParticlesAreCountedByWhatIsWrong) {
     const test::TempDir dir;
     auto step = beamStep(1000, 1);
