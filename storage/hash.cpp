@@ -14,6 +14,7 @@
 #include "protocol/base/system_error.h"
 #include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/hash_kernel.h"
 
 namespace mote::storage {
 namespace {
@@ -22,9 +23,16 @@ std::string toHex(XXH128_hash_t hash) {
     return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
+#ifdef MOTE_HASH_BY_AVX2
+const bool hasAvx2 = __builtin_cpu_supports("avx2") != 0;
+#endif
+
 }  // namespace
 
 std::uint64_t hashBlock(std::span<const std::byte> bytes) {
+#ifdef MOTE_HASH_BY_AVX2
+    if (hasAvx2) return hashByAvx2(bytes.data(), bytes.size());
+#endif
     return XXH3_64bits(bytes.data(), bytes.size());
 }
 
@@ -43,8 +51,11 @@ FileHasher::FileHasher() : state_(std::make_unique<State>()) {
 FileHasher::~FileHasher() = default;
 
 void FileHasher::add(std::span<const std::byte> bytes) {
-    XXH3_128bits_update(&state_->hash, bytes.data(), bytes.size());
     size_ += bytes.size();
+#ifdef MOTE_HASH_BY_AVX2
+    if (hasAvx2) return addByAvx2(&state_->hash, bytes.data(), bytes.size());
+#endif
+    XXH3_128bits_update(&state_->hash, bytes.data(), bytes.size());
 }
 
 FileHash FileHasher::hash() const {

@@ -229,6 +229,27 @@ TEST(Hash, AgreesWithPublishedVectors) {
     EXPECT_EQ(hashBlock({}), 0x2d06800538d394c2ULL);
 }
 
+/// Hashes are those of the plain kind, whatever the processor has: written down as XXH3 in C gives them.
+TEST(Hash, IsTheSameByAnyVectors) {
+    std::vector<std::byte> bytes;
+    for (std::uint32_t i = 0, x = 1; i < blockBytes; ++i) {
+        x = x * 1664525U + 1013904223U;
+        bytes.push_back(static_cast<std::byte>(x >> 24U));
+    }
+    const std::vector<std::pair<std::size_t, std::uint64_t>> expected{
+        {1, 0x429e81bc6744101cULL},    {17, 0xb5d6b9c1898bd9d6ULL},     {200, 0x85d691776ef97dbeULL},
+        {1000, 0xce7f62c0bb515a3cULL}, {100003, 0x48ace114702c07a4ULL}, {blockBytes, 0x6a1e48380a87d1afULL}};
+    for (const auto& [size, hash] : expected)
+        EXPECT_EQ(hashBlock(std::span(bytes).first(size)), hash) << size;
+    for (const std::size_t part : {std::size_t{1}, std::size_t{255}, std::size_t{4096}, bytes.size()}) {
+        FileHasher hasher;
+        for (std::size_t at = 0; at < bytes.size(); at += part)
+            hasher.add(std::span(bytes).subspan(at, std::min(part, bytes.size() - at)));
+        EXPECT_EQ(hasher.hash().xxh3_128, hash128(bytes)) << part;
+        EXPECT_EQ(hasher.hash().size, bytes.size());
+    }
+}
+
 TEST(Manifest, RoundTrip) {
     const test::TempDir dir;
     TinyDataset().write(dir / "a.mote");
