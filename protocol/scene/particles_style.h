@@ -21,6 +21,14 @@
 
 namespace mote {
 
+/// Points in the colours of their leaves' densities: from one share of the colour map to another between two
+/// t, and beyond them that of the nearer one.
+struct PointShade {
+    ValueRange t, colors;
+
+    bool operator==(const PointShade&) const = default;
+};
+
 /// As drawn.
 struct ParticlesStyle {
     /// The length, in layer space, over which a volume of constant density has the curve's opacity: one cell
@@ -47,6 +55,8 @@ struct ParticlesStyle {
     /// span, in their units; absent: the plot's own.
     std::optional<ValueRange> densityRange = std::nullopt;
     ValueRange colorRange{0.0, 1.0};  ///< the two t where the colour map begins and ends
+    /// In place of pointColor, if that is left to a plot that has points and a volume.
+    std::optional<PointShade> pointShade = std::nullopt;
 
     /// The transfer function of t; see log_density.h for t < 0.
     TransferFunction transfer() const;

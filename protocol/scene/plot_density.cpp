@@ -55,7 +55,7 @@ ValueRange colorsOn(bool light) {
     return light ? ValueRange{0.6, 0.35} : ValueRange{0.75, 1.0};
 }
 
-/// The volume begins in colours that stand out, and points have the one in which it begins.
+/// The volume begins in colours that stand out. Points have those too: thin ones the one in which it begins.
 void takeSeamColor(ParticlesStyle& style, const LogDensity& scale, double seam, bool onLight) {
     if (style.densityRange) return;
     const auto [begins, ends] = colorsOn(onLight);
@@ -64,7 +64,9 @@ void takeSeamColor(ParticlesStyle& style, const LogDensity& scale, double seam, 
     const double span = logRatio > 0.0 ? std::max(1.0 - from, std::log(leastRange) / logRatio) : 1.0;
     const double low = from - span * begins / (ends - begins);
     style.colorRange = {low, low + span / (ends - begins)};
-    if (style.colorByPlot) style.pointColor = style.colorMap(begins);
+    if (!style.colorByPlot) return;
+    style.pointColor = style.colorMap(begins);
+    style.pointShade = PointShade{{from, from + span}, {begins, ends}};
 }
 
 void resolveCurves(ParticlesStyle& style, const PlotDensity& plot, bool onLight) {

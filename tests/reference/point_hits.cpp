@@ -54,6 +54,12 @@ bool ofNearest(const Layer& layer) {
     return said.empty() ? points.has_opacity() && points.opacity() >= 0.5 : said == "nearest";
 }
 
+/// docs/PICTURE.md, "Colour by density": the share of the colour map for a t.
+double shareOf(const PointShade& shade, double t) {
+    const double way = std::clamp((t - shade.t.low) / (shade.t.high - shade.t.low), 0.0, 1.0);
+    return shade.colors.low + way * (shade.colors.high - shade.colors.low);
+}
+
 }  // namespace
 
 bool cutAway(const Layer& layer, const glm::dvec3& place) {
@@ -70,7 +76,11 @@ double nearestDepth(const Camera& camera) {
 }
 
 PointHits::PointHits(const render::Scene& scene, const Options& options)
-    : width_(scene.view.width), height_(scene.view.height), view_(scene.view), placeOf_(options.placeOf) {
+    : width_(scene.view.width),
+      height_(scene.view.height),
+      view_(scene.view),
+      placeOf_(options.placeOf),
+      colors_(scene.view.layers.size()) {
     ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (!(scene.view.layers[layer].opacity > 0.0)) continue;
@@ -166,23 +176,25 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const auto nodes = step.nodes();
     const auto& values = scene.layers[layer].values;
     const bool colored = view.layers[layer].colorBy && values != nullptr;
+    const bool shades = !view.layers[layer].colorBy && style.pointShade;
+    const PointShade* const shade = shades ? &*style.pointShade : nullptr;
+    if (colored) colors_[layer] = {colorMapOf(*view.layers[layer].colorBy), ofNearest(view.layers[layer])};
+    if (shades) colors_[layer] = {style.colorMap, false};
     const LogDensity scale = step.logDensity();
     const auto leaves = step.leaves();
     const auto fraction = [&](std::size_t leaf) {
         return 1.0 - (1.0 - style.pointFraction(scale.ofLeaf(leaves.density[leaf]))) * volume.share(leaf);
     };
-    double weight = 1.0;
-    std::uint64_t weighed = 0;  // points up to the end of the leaf of that weight
     std::size_t leaf = 0;
     forPoints(step, fraction, [&](std::uint64_t point, const glm::dvec3& place) {
-        for (; point >= weighed && style.meanWeight > 0.0; ++leaf) {
-            const double all = leaves.density[leaf] * std::ldexp(1.0, -3 * nodes.level[leaves.node[leaf]]);
-            weighed = leaves.pointBegin[leaf] + leaves.pointCount[leaf];
-            weight = all / (leaves.pointCount[leaf] * style.meanWeight);
-        }
+        while (point >= leaves.pointBegin[leaf] + leaves.pointCount[leaf]) ++leaf;
+        const double all = leaves.density[leaf] * std::ldexp(1.0, -3 * nodes.level[leaves.node[leaf]]);
+        const double weight =
+            style.meanWeight > 0.0 ? all / (leaves.pointCount[leaf] * style.meanWeight) : 1.0;
         const auto code = colored ? values->codes.at(point) : render::noValue;
-        const double value =
-            code == render::noValue ? none : static_cast<double>(code) / render::greatestValue;
+        const double value = shade                     ? shareOf(*shade, scale.ofLeaf(leaves.density[leaf]))
+                             : code == render::noValue ? none
+                                                       : static_cast<double>(code) / render::greatestValue;
         const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;
         if (cutAway(view.layers[layer], drawn)) return;
         addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(drawn, 1.0)), std::nullopt, value,
@@ -221,7 +233,7 @@ void PointHits::addPoint(const View& view, std::uint32_t layer, const Look& look
     const bool small = look.size <= 1.0;
     const double ink = small ? look.size * look.size : 1.0;
     if (small) markAmbiguous(px, py);
-    if (!small && !stands && !std::isnan(value) && ofNearest(view.layers[layer]))
+    if (!small && !stands && !std::isnan(value) && colors_[layer].nearest)
         markHalfCovered(px, py, 0.5 * look.size);
     const double pixels = view.height / (2.0 * halfHeight);  // of a unit of the world
     const double tau = look.area > 0.0 ? look.area * pixels * pixels * weight / discArea(look.size) : -1.0;
@@ -275,7 +287,8 @@ double PointHits::coverage(const Spot& spot, double column, double row) {
 /// docs/PICTURE.md, "Colour by a column".
 class PointHits::RowColors {
   public:
-    RowColors(const View& view, std::uint32_t width) : view_(view), pixels_(view.layers.size()) {
+    RowColors(const std::vector<LayerColors>& colors, std::size_t layers, std::uint32_t width)
+        : colors_(colors), pixels_(layers) {
         for (auto& row : pixels_) row.resize(width);
         highlights_.assign(pixels_.size(), std::vector(width, std::tuple(true, 1.0)));
     }
@@ -291,7 +304,7 @@ class PointHits::RowColors {
         }
         Pixel& pixel = pixels_[spot.layer][column];
         const double weight = spot.tau >= 0.0 ? covered : spot.depthOf(covered);
-        if (!ofNearest(view_.layers[spot.layer])) {
+        if (!colors_[spot.layer].nearest) {
             pixel.weight += weight;
             pixel.sum += weight * spot.value;
             return;
@@ -307,7 +320,7 @@ class PointHits::RowColors {
         const bool own = spot.layer < pixels_.size();
         if (!own || pixels_[spot.layer][column].weight == 0.0) return spot.color;
         const Pixel& pixel = pixels_[spot.layer][column];
-        return colorMapOf(*view_.layers[spot.layer].colorBy)(pixel.sum / pixel.weight);
+        return colors_[spot.layer].map(pixel.sum / pixel.weight);
     }
 
   private:
@@ -315,7 +328,7 @@ class PointHits::RowColors {
         double weight = 0.0, sum = 0.0;
         std::tuple<bool, double, double> nearest;
     };
-    const View& view_;
+    const std::vector<LayerColors>& colors_;
     std::vector<std::vector<Pixel>> pixels_;  // by layer
     /// Likewise: of the highlighted point that shades a pixel, whether it covers little of it, and its depth.
     std::vector<std::vector<std::tuple<bool, double>>> highlights_;
@@ -323,7 +336,7 @@ class PointHits::RowColors {
 
 RowHits PointHits::row(std::uint32_t row) const {
     RowHits result;
-    RowColors colors(view_, width_);
+    RowColors colors(colors_, view_.layers.size(), width_);
     const auto forPixels = [&](const Spot& spot, const auto& visit) {
         const auto [first, end] = touched(spot.x, spot.reach, width_);
         for (auto column = first; column < end; ++column) {

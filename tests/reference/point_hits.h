@@ -54,7 +54,7 @@ class PointHits {
         double alpha;         ///< before coverage
         double layerOpacity;  ///< of a point's layer; of a dot's it is in `alpha`
         glm::dvec3 color;
-        double value;       ///< of a point by which it is coloured, a share of the map's range; NaN: none
+        double value;       ///< of a point by which it is coloured, a share of the map; NaN: none
         bool highlighted;   ///< a point that is drawn over the others of its layer
         double x, y;        ///< pixels
         double reach;       ///< beyond which, across and down, nothing is covered; 0: within one pixel
@@ -81,6 +81,11 @@ class PointHits {
     /// `depth`: where it stands; absent: at its own. `value`: as Spot's.
     void addPoint(const View& view, std::uint32_t layer, const Look& look, const glm::dvec3& inEye,
                   std::optional<double> depth, double value, double weight = 1.0);
+    /// How a layer's points have their colours, if they have values.
+    struct LayerColors {
+        ColorMap map = ColorMap::standard();
+        bool nearest = false;
+    };
     /// The colours of the points of a row's pixels, by what their values are.
     class RowColors;
     void markAmbiguous(double px, double py);
@@ -91,6 +96,7 @@ class PointHits {
     std::uint32_t width_, height_;
     const View& view_;
     const PlaceOf& placeOf_;                        // may be empty
+    std::vector<LayerColors> colors_;               // by layer
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;

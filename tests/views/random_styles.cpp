@@ -156,6 +156,14 @@ proto::ParticlesStyle anyParticlesStyle(Random& random) {
     proto::ParticlesStyle style;
     setVolume(random, *style.mutable_volume());
     setPoints(random, *style.mutable_points());
+    // Some leave curves and colours to the plot. By numbers of its own: all else stays as it would be.
+    Random own(style.ByteSizeLong(), 11);
+    if (!own.chance(0.25)) return style;
+    style.mutable_volume()->clear_curve();
+    style.mutable_points()->clear_curve();
+    style.mutable_points()->clear_linked();
+    style.mutable_points()->clear_color();
+    if (own.chance(0.5)) style.mutable_points()->clear_opacity();
     return style;
 }
 

@@ -163,6 +163,14 @@ PlotDensity plotOf(const storage::ParticleStep& step) {
     return {step.logDensity(), points % 2 == 0 ? points : points + 1'000'000, weight};
 }
 
+/// Steps of so few points hardly have a volume by their plot, and points in its colours: some datasets have
+/// these anyway, of half of the map.
+void resolve(const storage::ParticleStep& step, const DatasetName& name, ParticlesStyle& style) {
+    resolveByPlot(style, plotOf(step));
+    if (style.colorByPlot && name.number % 3 != 0)
+        style.pointShade = PointShade{{0.1, 0.9}, {name.number % 3 == 1 ? 0.0 : 1.0, 0.5}};
+}
+
 }  // namespace
 
 Result<render::Scene> ViewData::scene(const proto::View& message) {
@@ -178,7 +186,7 @@ Result<render::Scene> ViewData::scene(const proto::View& message) {
         const auto* const said = scene.view.layers[i].particles();
         if (said == nullptr || data.step == nullptr) continue;
         data.particles = particlesStyleOf(*said, scene.view.height);
-        resolveByPlot(*data.particles, plotOf(*data.step));
+        resolve(*data.step, *datasetOf(view->layers[i]), *data.particles);
     }
     if (!dots->empty()) scene.dots = std::move(dots);
     return scene;

@@ -73,7 +73,8 @@ bool CpuPicture::prepareInTurns(const std::stop_token& pause) {
 /// False where it was stopped.
 bool CpuPicture::prepare(const std::stop_token& stop) {
     const auto only = flatPoints(plan_, parts_.fields.of(plan_));
-    auto colors = frameColors(plan_, parts_.leaves, stop, only.has_value());
+    auto colors =
+        frameColors(plan_, parts_.leaves, stop, {.count = only.has_value(), .cellsAreShaded = !only});
     if (!colors) return false;
     colors_ = *std::move(colors);
     if (only) return drawFlat(plan_.points[*only], colors_[*only].get(), stop);

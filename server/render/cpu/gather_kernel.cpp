@@ -76,6 +76,19 @@ struct CellSums {
     }
 };
 
+/// What the levels of a tile's points are added to.
+struct ShadeSums {
+    PixelShade* shades;
+
+    /// `cell`: of any slab.
+    HWY_INLINE void add(std::uint32_t cell, const PixelShade& more) const {
+        static_assert(sizeof(PixelShade) == 2 * sizeof(float));
+        const hn::CappedTag<float, 2> two;
+        float* const sums = &shades[cell % Tile::pixels].weight;
+        hn::StoreU(hn::Add(hn::LoadU(two, sums), hn::LoadU(two, &more.weight)), two, sums);
+    }
+};
+
 /// How deep the cells of a level lie, in slabs.
 struct LevelDepth {
     float toMiddle;  ///< from where a cell's points begin, before it is bent
@@ -97,6 +110,16 @@ std::array<LevelDepth, deepestLeafLevel + 1> levelDepths(const PointMap& map) {
     return depths;
 }
 
+/// Of a vector of points of a leaf, or of a group.
+HWY_INLINE Float levelsOf(const LeafSource&, const LeafPoints& leaf, std::size_t) {
+    return hn::Set(floats, static_cast<float>(leaf.level()));
+}
+HWY_INLINE Float levelsOf(const GroupSource& source, const LeafPoints& group, std::size_t first) {
+    const hn::Rebind<std::uint8_t, Floats> bytes;
+    return hn::ConvertTo(floats,
+                         hn::PromoteTo(ints, hn::LoadU(bytes, source.levels + group.begin() + first)));
+}
+
 /// Places the leaves of a tile a block at a time, in `places`, and calls visit(leaf, its place in the block).
 template <bool perspective, class Source, class Visit>
 HWY_INLINE void visitLeaves(const PointMap& map, const LeafPoints* leaves, std::size_t count,
@@ -115,7 +138,7 @@ HWY_INLINE void visitLeaves(const PointMap& map, const LeafPoints* leaves, std::
 }
 
 /// Adds the leaves, or groups, of one tile to its cells.
-template <bool perspective, class Source>
+template <bool perspective, class Source, bool shaded>
 class TileGather {
   public:
     TileGather(const PointMap& map, const Source& source, Tile tile, TileCells& cells)
@@ -125,6 +148,7 @@ class TileGather {
           top_(static_cast<float>(tile.row * Tile::edge)),
           slabs_(static_cast<float>(map.slabs())),
           sums_{cells.cells(), cells.touched()},
+          shades_{cells.shades()},
           depths_(levelDepths(map)) {}
 
     void add(const LeafPoints* leaves, std::size_t count) {
@@ -179,7 +203,12 @@ class TileGather {
         const auto addTo = [&](std::uint32_t column, std::uint32_t row, std::size_t count) {
             if (count == 0) return;
             const float weight = static_cast<float>(count) * leaf.weight();
-            sums_.add(first + Tile::pixelIndex(column, row), weight, weight * place);
+            const std::uint32_t pixel = Tile::pixelIndex(column, row);
+            sums_.add(first + pixel, weight, weight * place);
+            if constexpr (shaded) {
+                const auto points = static_cast<float>(count);
+                shades_.add(pixel, {points, points * static_cast<float>(leaf.level())});
+            }
         };
         addTo(x, y, quarters.leftTop);
         addTo(x + 1, y, quarters.rightTop);
@@ -220,10 +249,26 @@ class TileGather {
                 HWY_ALIGN std::array<float, mostLanes> places;
                 storePacked(floats, place, seen, places.data());
                 storeSums(weight, hn::Load(floats, places.data()));
+                if constexpr (shaded) storeShades(leaf, k, seen);
             }
-            for (std::size_t hit = 0; hit < hits; ++hit)
-                sums_.add(static_cast<std::uint32_t>(numbers_[hit]), added_[hit]);
+            if constexpr (shaded && inside) storeShades(leaf, k);
+            for (std::size_t hit = 0; hit < hits; ++hit) {
+                const auto number = static_cast<std::uint32_t>(numbers_[hit]);
+                sums_.add(number, added_[hit]);
+                if constexpr (shaded) shades_.add(number, shaded_[hit]);
+            }
         }
+    }
+
+    /// What the points of a vector add to their pixels' shades.
+    HWY_INLINE void storeShades(const LeafPoints& leaf, std::size_t k) {
+        hn::StoreInterleaved2(hn::Set(floats, 1.0F), levelsOf(source_, leaf, k), floats, &shaded_[0].weight);
+    }
+    HWY_INLINE void storeShades(const LeafPoints& leaf, std::size_t k, Mask seen) {
+        HWY_ALIGN std::array<float, mostLanes> levels;
+        storePacked(floats, levelsOf(source_, leaf, k), seen, levels.data());
+        hn::StoreInterleaved2(hn::Set(floats, 1.0F), hn::Load(floats, levels.data()), floats,
+                              &shaded_[0].weight);
     }
 
     HWY_INLINE void storeSums(float weight, Float place) {
@@ -236,19 +281,31 @@ class TileGather {
     const float left_, top_;  // of the tile, pixels
     const float slabs_;
     const CellSums sums_;
+    const ShadeSums shades_;
     const std::array<LevelDepth, deepestLeafLevel + 1> depths_;
     LeafPlaces block_;
     HWY_ALIGN std::array<std::int32_t, mostLanes> numbers_;
     HWY_ALIGN std::array<PointCell, mostLanes> added_;
+    HWY_ALIGN std::array<PixelShade, mostLanes> shaded_;
 };
+
+template <bool perspective, class Source>
+void gatherFrom(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
+                Tile tile, TileCells& cells) {
+    if (cells.shaded()) {
+        TileGather<perspective, Source, true>(map, source, tile, cells).add(leaves, count);
+    } else {
+        TileGather<perspective, Source, false>(map, source, tile, cells).add(leaves, count);
+    }
+}
 
 template <class Source>
 void gatherFrom(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
                 Tile tile, TileCells& cells) {
     if (map.perspective) {
-        TileGather<true, Source>(map, source, tile, cells).add(leaves, count);
+        gatherFrom<true>(map, leaves, count, source, tile, cells);
     } else {
-        TileGather<false, Source>(map, source, tile, cells).add(leaves, count);
+        gatherFrom<false>(map, leaves, count, source, tile, cells);
     }
 }
 
@@ -258,8 +315,8 @@ void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t cou
 }
 
 void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t count,
-                   const GroupedPoint* points, Tile tile, TileCells& cells) {
-    gatherFrom(map, groups, count, GroupSource{points}, tile, cells);
+                   const GroupedPoint* points, const std::uint8_t* levels, Tile tile, TileCells& cells) {
+    gatherFrom(map, groups, count, GroupSource{points, levels}, tile, cells);
 }
 
 /// Adds discs to the cells of one tile, a packet's rows at a time.
@@ -273,12 +330,16 @@ class TileDiscs {
                static_cast<std::int32_t>((tile.row + 1) * Tile::edge)},
           lastSlab_(cells.slabs() - 1),
           cells_(cells.cells()),
-          touched_(cells.touched()) {}
+          touched_(cells.touched()),
+          shades_(cells.shaded() ? cells.shades() : nullptr) {}
 
     const PixelBox& box() const { return box_; }
+    bool shaded() const { return shades_ != nullptr; }
 
-    HWY_INLINE void add(const Discs& discs, float weighs) const {
-        for (std::size_t i = 0; i < discs.count(); ++i) addDisc(discs, i, weighs);
+    /// `levels`: of each disc, if they are shaded.
+    HWY_INLINE void add(const Discs& discs, float weighs, const float* levels) const {
+        for (std::size_t i = 0; i < discs.count(); ++i)
+            addDisc(discs, i, weighs, shaded() ? levels[i] : 0.0F);
     }
 
   private:
@@ -304,7 +365,7 @@ class TileDiscs {
         return hn::GatherIndex(floats, disc_.weights().data(), steps);
     }
 
-    HWY_INLINE void addDisc(const Discs& discs, std::size_t i, float weighs) const {
+    HWY_INLINE void addDisc(const Discs& discs, std::size_t i, float weighs, float level) const {
         const PixelBox at = discs.box(i);
         const std::uint32_t slab = std::min(static_cast<std::uint32_t>(discs.slab(i)), lastSlab_);
         const Float place = hn::Set(floats, discs.slab(i) - static_cast<float>(slab));
@@ -326,15 +387,17 @@ class TileDiscs {
                 const std::uint32_t pixel =
                     Tile::pixelIndex(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
                 touched[pixel / Tile::packetPixels] = 1;
-                addTo(cells + pixel, hn::Mul(weight, weightsOf(steps)), place);
+                const Float covered = weightsOf(steps);
+                addTo(&cells[pixel].weight, hn::Mul(weight, covered), place);
+                if (shaded()) addTo(&shades_[pixel].weight, covered, hn::Set(floats, level));
             }
         }
     }
 
-    HWY_INLINE static void addTo(PointCell* cells, Float weight, Float place) {
-        static_assert(sizeof(PointCell) == 2 * sizeof(float));
-        float* const sums = &cells->weight;
-        const Float depth = hn::Mul(weight, place);
+    /// Pairs of weights and of weights times a number.
+    HWY_INLINE static void addTo(float* sums, Float weight, Float number) {
+        static_assert(sizeof(PointCell) == 2 * sizeof(float) && sizeof(PixelShade) == 2 * sizeof(float));
+        const Float depth = hn::Mul(weight, number);
         const auto add = [](float* to, Float what) {
             hn::StoreU(hn::Add(hn::LoadU(floats, to), what), floats, to);
         };
@@ -347,6 +410,7 @@ class TileDiscs {
     const std::uint32_t lastSlab_;
     PointCell* const cells_;
     std::uint8_t* const touched_;
+    PixelShade* const shades_;  // null: none are told
 };
 
 template <bool perspective, class Source>
@@ -367,7 +431,9 @@ void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t co
             if (hn::AllFalse(floats, seen)) continue;
             const Float slab = hn::Min(hn::Max(toSlab(at), hn::Zero(floats)), farthest);
             discs.set<true>(pixel.x, pixel.y, slab, seen, disc.reach(), tileDiscs.box());
-            tileDiscs.add(discs, leaf.weight());
+            HWY_ALIGN std::array<float, mostLanes> levels;
+            if (tileDiscs.shaded()) storePacked(floats, levelsOf(source, leaf, k), seen, levels.data());
+            tileDiscs.add(discs, leaf.weight(), levels.data());
         }
     });
 }
@@ -389,8 +455,9 @@ void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t coun
 }
 
 void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size_t count,
-                        const GroupedPoint* points, const DiscFootprint& disc, Tile tile, TileCells& cells) {
-    gatherDiscsFrom(map, groups, count, GroupSource{points}, disc, tile, cells);
+                        const GroupedPoint* points, const std::uint8_t* levels, const DiscFootprint& disc,
+                        Tile tile, TileCells& cells) {
+    gatherDiscsFrom(map, groups, count, GroupSource{points, levels}, disc, tile, cells);
 }
 
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
@@ -398,8 +465,11 @@ void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscF
     const TileDiscs tileDiscs(disc, tile, cells);
     Discs discs;
     for (std::size_t i = 0; i < count; i += mostLanes) {
-        discs.set<true>(points + i, std::min(count - i, mostLanes), disc.reach(), tileDiscs.box());
-        tileDiscs.add(discs, 1.0F);
+        const std::size_t size = std::min(count - i, mostLanes);
+        discs.set<true>(points + i, size, disc.reach(), tileDiscs.box());
+        std::array<float, mostLanes> levels;
+        for (std::size_t k = 0; k < size; ++k) levels[k] = points[i + k].level;
+        tileDiscs.add(discs, 1.0F, levels.data());
     }
 }
 
@@ -411,13 +481,15 @@ struct NearView {
     HWY_INLINE NearView(const PointMap& map, float margin)
         : near(pictureOf(map), margin), farthest(hn::Set(floats, static_cast<float>(map.slabs()))) {}
 
-    HWY_INLINE std::size_t store(const Projected& at, Float slab, Mask drawn, ScreenPoint* out) const {
+    HWY_INLINE std::size_t store(const Projected& at, Float slab, Float level, Mask drawn,
+                                 ScreenPoint* out) const {
         const Mask seen = near(at, drawn);
-        HWY_ALIGN std::array<float, mostLanes> xs, ys, slabs;
+        HWY_ALIGN std::array<float, mostLanes> xs, ys, slabs, levels;
         const std::size_t hits = storePacked(floats, at.x, seen, xs.data());
         storePacked(floats, at.y, seen, ys.data());
         storePacked(floats, hn::Min(hn::Max(slab, hn::Zero(floats)), farthest), seen, slabs.data());
-        for (std::size_t hit = 0; hit < hits; ++hit) out[hit] = {xs[hit], ys[hit], slabs[hit]};
+        storePacked(floats, level, seen, levels.data());
+        for (std::size_t hit = 0; hit < hits; ++hit) out[hit] = {xs[hit], ys[hit], slabs[hit], levels[hit]};
         return hits;
     }
 };
@@ -434,7 +506,7 @@ std::size_t projectPointsOf(const PointMap& map, LeafCell cell, const PackedPosi
     for (std::size_t i = 0; i < count; i += hn::Lanes(floats)) {
         const Places places = loadPlaces(points + i, end);
         const Mask drawn = hn::FirstN(floats, count - i);
-        size += near.store(toScreen(places), toSlab(places), drawn, out + size);
+        size += near.store(toScreen(places), toSlab(places), hn::Zero(floats), drawn, out + size);
     }
     return size;
 }
@@ -454,7 +526,8 @@ std::size_t projectPreviewOf(const PointMap& map, const PreviewRun& run, float m
     std::size_t size = 0;
     for (std::size_t i = 0; i < run.count; i += hn::Lanes(floats)) {
         const PreviewPlaces points = loadPreview(run, i);
-        size += near.store(toScreen(points.places), toSlab(points.places), points.drawn, out + size);
+        size += near.store(toScreen(points.places), toSlab(points.places),
+                           hn::ConvertTo(floats, points.level), points.drawn, out + size);
     }
     return size;
 }
@@ -496,7 +569,8 @@ std::size_t packPreviewOf(const PointMap& map, const PreviewRun& run, std::uint3
         const Int deep = hn::Min(hn::ConvertTo(ints, hn::Max(depth, zero)), lastPlace);
         const Int inTile = pixelIndex(hn::And(x, lastInTile), hn::And(y, lastInTile));
         const Int cell = hn::Add(hn::ShiftLeft<10>(hn::ShiftRight<placeBits>(deep)), inTile);
-        const Int packed = hn::Or(hn::ShiftLeft<placeBits>(cell), hn::And(deep, placeMask));
+        const Int place = hn::Or(hn::ShiftLeft<placeBits>(cell), hn::And(deep, placeMask));
+        const Int packed = hn::Or(hn::ShiftLeft<levelBits>(place), at.level);
         const auto mask = hn::RebindMask(ints, seen);
         const bool whole = i + hn::Lanes(floats) <= run.count;
         storeSeen(packed, mask, whole, points + size);
@@ -545,13 +619,14 @@ void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t coun
 }
 
 void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t count,
-                   const GroupedPoint* points, Tile tile, TileCells& cells) {
-    HWY_DYNAMIC_DISPATCH(gatherGrouped)(map, groups, count, points, tile, cells);
+                   const GroupedPoint* points, const std::uint8_t* levels, Tile tile, TileCells& cells) {
+    HWY_DYNAMIC_DISPATCH(gatherGrouped)(map, groups, count, points, levels, tile, cells);
 }
 
 void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size_t count,
-                        const GroupedPoint* points, const DiscFootprint& disc, Tile tile, TileCells& cells) {
-    HWY_DYNAMIC_DISPATCH(gatherGroupedDiscs)(map, groups, count, points, disc, tile, cells);
+                        const GroupedPoint* points, const std::uint8_t* levels, const DiscFootprint& disc,
+                        Tile tile, TileCells& cells) {
+    HWY_DYNAMIC_DISPATCH(gatherGroupedDiscs)(map, groups, count, points, levels, disc, tile, cells);
 }
 
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,

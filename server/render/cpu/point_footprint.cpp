@@ -44,6 +44,10 @@ bool standAlone(const FramePlan& plan, const PointsPlan& layer) {
     return hitsInTile(plan, layer) <= mostHits;
 }
 
+bool shadesCells(const FramePlan& plan, const PointsPlan& points) {
+    return points.colors && points.colors->shade && !standAlone(plan, points);
+}
+
 DotFootprint pointFootprint(const PointLook& look) {
     const auto size = static_cast<float>(look.size);
     const auto opacity = look.light > 0.0 ? 1.0F : static_cast<float>(look.opacity);

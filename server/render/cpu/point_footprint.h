@@ -74,6 +74,9 @@ void DiscFootprint::spread(float x, float y, const PixelBox& box, Add add) const
 /// Whether each point of a layer is drawn where it stands. The same on all ranks, before points are dealt.
 bool standAlone(const FramePlan& plan, const PointsPlan& points);
 
+/// Whether the TileCells of points tell the densities of their leaves, by which they are coloured.
+bool shadesCells(const FramePlan& plan, const PointsPlan& points);
+
 /// What a point of a look covers of a pixel, before it is thinned; of one that is lit, what its optical depth
 /// is times there. Its reach is 0 where it lies in one pixel alone.
 DotFootprint pointFootprint(const PointLook& look);

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -22,12 +23,15 @@ namespace mote::render {
 struct PointGroups {
     std::vector<LeafPoints> groups;    ///< cells of the octree, with their points; by parts of the box
     std::vector<GroupedPoint> points;  ///< by group, and sparePoints more
+    /// By point, as many: the level of its leaf's density (DensityLevels), if points are coloured by it.
+    std::vector<std::uint8_t> levels;
 
     std::uint64_t bytes() const {
-        return groups.capacity() * sizeof(LeafPoints) + points.capacity() * sizeof(GroupedPoint);
+        return groups.capacity() * sizeof(LeafPoints) + points.capacity() * sizeof(GroupedPoint) +
+               levels.capacity();
     }
 
-    /// More are left to their leaves, also of all selections that are kept: 8 bytes a point, 64 MiB.
+    /// More are left to their leaves, also of all selections that are kept: 9 bytes a point, 72 MiB.
     static constexpr std::uint64_t mostPoints = std::uint64_t{1} << 23;
     /// Whether a picture of a layer is drawn from groups: at rest, of points that weigh alike, of a box that
     /// is not so large on the screen that single precision would tell the places in a group's cell worse than
@@ -53,6 +57,7 @@ class ResidentGroups {
   private:
     struct Entry {
         std::weak_ptr<const PointSelection> selection;
+        std::optional<PointShade> shade;
         std::shared_ptr<const PointGroups> groups;
     };
     std::list<Entry> entries_;  // the latest first

@@ -145,6 +145,7 @@ struct GroupSource {
     static constexpr float scale = 1.0F / 32.0F;
     static constexpr std::size_t ahead = 2;
     const GroupedPoint* points;
+    const std::uint8_t* levels = nullptr;  ///< by point, if they are shaded
 
     HWY_INLINE Places load(std::uint64_t begin) const {
         const hn::RebindToUnsigned<Ints> words;
@@ -365,11 +366,18 @@ HWY_INLINE PixelBox pictureOf(const PointMap& map) {
     return {0, 0, static_cast<std::int32_t>(map.width), static_cast<std::int32_t>(map.height)};
 }
 
-/// A vector of preview points: their places in the whole box, and whether they are drawn.
+/// A vector of preview points: their places in the whole box, whether they are drawn, and their levels.
 struct PreviewPlaces {
     Places places;
     Mask drawn;
+    Int level;
 };
+
+HWY_INLINE Int levelOf(const LevelLine& line, Float density) {
+    const Float level = hn::MulAdd(density, hn::Set(floats, line.slope), hn::Set(floats, line.shift + 0.5F));
+    const Float most = hn::Set(floats, static_cast<float>(DensityLevels::last));
+    return hn::ConvertTo(ints, hn::Min(hn::Max(level, hn::Zero(floats)), most));
+}
 
 HWY_INLINE PreviewPlaces loadPreview(const PreviewRun& run, std::size_t i) {
     const std::size_t lanes = hn::Lanes(floats);
@@ -386,7 +394,8 @@ HWY_INLINE PreviewPlaces loadPreview(const PreviewRun& run, std::size_t i) {
     const Mask drawn = hn::Ge(hn::GatherIndex(floats, run.limit, index), hn::Set(floats, run.threshold));
     return {{hn::ConvertTo(floats, hn::PromoteTo(ints, x)), hn::ConvertTo(floats, hn::PromoteTo(ints, y)),
              hn::ConvertTo(floats, hn::PromoteTo(ints, z))},
-            hn::And(drawn, hn::FirstN(floats, run.count - i))};
+            hn::And(drawn, hn::FirstN(floats, run.count - i)),
+            levelOf(run.levels, hn::ConvertTo(floats, hn::PromoteTo(ints, density)))};
 }
 
 /// The map of the preview's points, whose cell is the whole box.

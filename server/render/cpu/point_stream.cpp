@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace mote::render {
 namespace {
@@ -13,6 +14,12 @@ constexpr std::size_t streamedLeaves = 4096;
 /// A position in a cell of `level`, rounded down to steps of the whole box.
 std::uint16_t inBox(std::uint32_t cell, std::uint16_t position, std::uint32_t level) {
     return static_cast<std::uint16_t>((cell << 16 | position) >> level);
+}
+
+/// `told`: the scale of the points' densities.
+LevelLine levelsOf(const PointsPlan& layer, const LogDensity& told) {
+    if (!layer.colors || !layer.colors->shade) return {};
+    return LevelLine::ofPreview(*layer.colors->shade, told, layer.step->logDensity());
 }
 
 }  // namespace
@@ -30,6 +37,7 @@ std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,
     if (selection_.lock() == layer.selection) return points_;
     selection_.reset();
     const auto leaves = layer.step->leaves();
+    const LogDensity scale = layer.step->logDensity();
     const auto& drawn = layer.selection->drawn;
     const std::size_t chunks = (cells.size() + streamedLeaves - 1) / streamedLeaves;
     std::vector<std::size_t> begin(chunks + 1, 0);
@@ -40,11 +48,14 @@ std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,
         auto* out = points_.data() + begin[chunk];
         const std::size_t end = std::min(cells.size(), (chunk + 1) * streamedLeaves);
         for (std::size_t i = chunk * streamedLeaves; i < end; ++i) {
+            if (drawn[i] == 0) continue;
             const LeafCell cell = cells[i];
+            const auto density =
+                static_cast<std::uint16_t>(std::lround(65535.0 * scale.ofLeaf(leaves.density[i])));
             const std::uint32_t level = cellLevel(cell);
             for (const auto& p : layer.step->positions(leaves.pointBegin[i], drawn[i])) {
                 *out++ = {inBox(cellX(cell), p.x, level), inBox(cellY(cell), p.y, level),
-                          inBox(cellZ(cell), p.z, level), 0};
+                          inBox(cellZ(cell), p.z, level), density};
             }
         }
     });
@@ -57,7 +68,11 @@ PreviewBlocks::PreviewBlocks(const PointsPlan& layer) : selection_(layer.preview
     const storage::Preview preview = layer.step->preview(selection_->points);
     points_ = preview.points;
     threshold_ = preview.threshold;
+    levels_ = levelsOf(layer, preview.scale);
 }
+
+PreviewBlocks::PreviewBlocks(const PointsPlan& layer, std::span<const storage::PreviewPoint> points)
+    : points_(points), levels_(levelsOf(layer, layer.step->logDensity())) {}
 
 PreviewRun PreviewBlocks::block(std::size_t index) const {
     static constexpr PreviewSelection all{.points = 0, .limit = {}};
@@ -65,7 +80,8 @@ PreviewRun PreviewBlocks::block(std::size_t index) const {
     return {.points = points_.data() + begin,
             .count = std::min(blockPoints, points_.size() - begin),
             .limit = selection_ != nullptr ? selection_->limit.data() : all.limit.data(),
-            .threshold = selection_ != nullptr ? threshold_[index] : 0.0F};
+            .threshold = selection_ != nullptr ? threshold_[index] : 0.0F,
+            .levels = levels_};
 }
 
 }  // namespace mote::render

@@ -45,8 +45,10 @@ class PreviewBlocks {
 
     /// No blocks where the layer has no preview. Throws storage::StorageError.
     explicit PreviewBlocks(const PointsPlan& layer);
-    /// All of `points`.
-    explicit PreviewBlocks(std::span<const storage::PreviewPoint> points) : points_(points) {}
+    /// All of `points`, which are streamed from a layer's leaves.
+    PreviewBlocks(const PointsPlan& layer, std::span<const storage::PreviewPoint> points);
+    /// None.
+    PreviewBlocks() = default;
 
     std::size_t points() const { return points_.size(); }
     std::size_t count() const { return (points_.size() + blockPoints - 1) / blockPoints; }
@@ -56,6 +58,7 @@ class PreviewBlocks {
     const PreviewSelection* selection_ = nullptr;  // null: all
     std::span<const storage::PreviewPoint> points_;
     std::span<const float> threshold_;
+    LevelLine levels_;
 };
 
 }  // namespace mote::render

@@ -13,6 +13,7 @@
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/tile_cells.h"
+#include "server/render/plan/point_values.h"
 #include "server/render/plan/preview_selection.h"
 #include "storage/particles/particle_step.h"
 
@@ -62,14 +63,22 @@ void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, fl
 /// A run of points of one leaf, or of one group.
 struct LeafPoints {
     LeafCell cell;  ///< bits from `countShift` hold the number of points
-    std::uint64_t
-        weighted;  ///< its first point; bits from `weightShift` hold the upper half of what each weighs
+    /// Its first point; bits from `levelShift` hold the level of its density (DensityLevels), those from
+    /// `weightShift` the upper half of what each point weighs.
+    std::uint64_t weighted;
 
-    static constexpr unsigned countShift = 53, weightShift = 48;
+    static constexpr unsigned countShift = 53, levelShift = 40, weightShift = 48;
     static constexpr std::uint64_t mostPoints = (std::uint64_t{1} << (64 - countShift)) - 1;
     static constexpr std::uint16_t one = 0x3f80;  ///< a weight
+
+    static LeafPoints of(LeafCell cell, std::uint64_t count, std::uint64_t begin, std::uint8_t level = 0,
+                         std::uint16_t weight = one) {
+        return {cell | count << countShift,
+                begin | std::uint64_t{level} << levelShift | std::uint64_t{weight} << weightShift};
+    }
     std::uint32_t count() const { return static_cast<std::uint32_t>(cell >> countShift); }
-    std::uint64_t begin() const { return weighted & ((std::uint64_t{1} << weightShift) - 1); }
+    std::uint64_t begin() const { return weighted & ((std::uint64_t{1} << levelShift) - 1); }
+    std::uint8_t level() const { return static_cast<std::uint8_t>(weighted >> levelShift); }
     float weight() const {
         return std::bit_cast<float>(static_cast<std::uint32_t>(weighted >> weightShift) << 16);
     }
@@ -88,14 +97,15 @@ struct GroupedPoint {
 /// Behind the last one are so many more, as vectors of them are read.
 inline constexpr std::size_t sparePoints = 16;
 
-/// gatherPoints of groups.
+/// gatherPoints of groups. `levels`: by point, as many; null: they have none.
 void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t count,
-                   const GroupedPoint* points, Tile tile, TileCells& cells);
+                   const GroupedPoint* points, const std::uint8_t* levels, Tile tile, TileCells& cells);
 
 /// A point on the screen.
 struct ScreenPoint {
-    float x, y;  ///< pixels
-    float slab;  ///< from the layer's first on, 0 to PointMap::slabs
+    float x, y;          ///< pixels
+    float slab;          ///< from the layer's first on, 0 to PointMap::slabs
+    float level = 0.0F;  ///< of its leaf's density (DensityLevels), of a preview's
 };
 
 /// countDiscs of points on the screen.
@@ -109,7 +119,8 @@ void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t coun
 
 /// gatherDiscs of groups.
 void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size_t count,
-                        const GroupedPoint* points, const DiscFootprint& disc, Tile tile, TileCells& cells);
+                        const GroupedPoint* points, const std::uint8_t* levels, const DiscFootprint& disc,
+                        Tile tile, TileCells& cells);
 
 /// The same of points on the screen, each of weight 1.
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
@@ -128,6 +139,7 @@ struct PreviewRun {
     std::size_t count = 0;
     const float* limit = nullptr;
     float threshold = 0.0F;
+    LevelLine levels = {};  ///< of their densities
 };
 
 /// As countPoints.
@@ -136,11 +148,12 @@ std::uint64_t countPreview(const PointMap& map, const PreviewRun& run, std::uint
 /// As projectPoints.
 std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out);
 
-/// A point of no more than a pixel, packed: its cell in its tile, slab * Tile::pixels + Tile::pixelIndex, and
-/// how deep in the slab, in 2^-placeBits. Slabs from the layer's first on.
+/// A point of no more than a pixel, packed: its cell in its tile, slab * Tile::pixels + Tile::pixelIndex, how
+/// deep in the slab, in 2^-placeBits, and its level (ScreenPoint), in as many bits. Slabs from the layer's
+/// first on.
 using TilePoint = std::uint32_t;
-inline constexpr unsigned placeBits = 12;
-static_assert(mostSlabs * Tile::pixels <= std::uint32_t{1} << (32 - placeBits));
+inline constexpr unsigned placeBits = 4, levelBits = 8;
+static_assert(mostSlabs * Tile::pixels <= std::uint32_t{1} << (32 - placeBits - levelBits));
 
 /// As projectPreview of the points that fall into the picture: the tile of each, row by row in `columns`, and
 /// what it is there. Both have room for the run's count.

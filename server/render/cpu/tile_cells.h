@@ -24,12 +24,19 @@ struct PointCell {
     float depth;   ///< sum of weight * place within the slab, 0 (front) to 1
 };
 
+/// The levels (DensityLevels) of a pixel's points, whatever their depth.
+struct PixelShade {
+    float weight;  ///< of the points: what they cover of the pixel
+    float level;   ///< sum of weight * level
+};
+
 class TileCells {
   public:
-    /// `firstSlab`: among those of the picture.
-    explicit TileCells(std::uint32_t slabs, std::uint32_t firstSlab = 0)
+    /// `firstSlab`: among those of the picture. `shaded`: the levels of points are told.
+    explicit TileCells(std::uint32_t slabs, std::uint32_t firstSlab = 0, bool shaded = false)
         : first_(firstSlab),
           slabs_(slabs),
+          shades_(shaded ? Tile::pixels : 0),
           cells_(std::size_t{slabs} * Tile::pixels),
           touched_(std::size_t{slabs} * Tile::packets),
           occupied_(slabs) {}
@@ -46,6 +53,11 @@ class TileCells {
     bool empty() const {
         return std::all_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits == 0; });
     }
+
+    bool shaded() const { return !shades_.empty(); }
+    /// By Tile::pixelIndex, if they are shaded.
+    const PixelShade* shades() const { return shades_.data(); }
+    PixelShade* shades() { return shades_.data(); }
 
     PointCell* cells() { return cells_.data(); }  ///< [slab][pixelIndex]
     /// [slab][packet]: to be set to 1 by who adds to one of its cells. Bytes, as a bit would have to be read.
@@ -69,6 +81,7 @@ class TileCells {
             std::fill_n(touched_.data() + std::size_t{s} * Tile::packets, Tile::packets, std::uint8_t{0});
             occupied_[s] = 0;
         }
+        std::fill(shades_.begin(), shades_.end(), PixelShade{0.0F, 0.0F});
     }
 
   private:
@@ -87,6 +100,7 @@ class TileCells {
     }
 
     std::uint32_t first_, slabs_;
+    std::vector<PixelShade> shades_;
     std::vector<PointCell> cells_;
     std::vector<std::uint8_t> touched_;
     std::vector<std::uint64_t> occupied_;

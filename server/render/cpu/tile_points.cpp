@@ -7,8 +7,10 @@
 #include <numeric>
 #include <utility>
 
+#include "protocol/base/mote_check.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/plan/long_list.h"
+#include "server/render/plan/point_values.h"
 
 namespace mote::render {
 namespace {
@@ -24,6 +26,8 @@ class LeafTiles {
     LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells,
               std::vector<std::vector<DrawnLeaf>>& found, std::vector<PointRun>& verified)
         : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), found_(found), verified_(verified) {
+        if (layer.colors && layer.colors->shade)
+            levels_.emplace(*layer.colors->shade, layer.step->logDensity());
         found_.resize(chunks());
         verified_.assign(chunks(), {});
     }
@@ -56,9 +60,10 @@ class LeafTiles {
     void forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
         for (const auto& [leaf, box] : found_[chunk]) {
             const std::uint32_t count = layer_.drawn(leaf);
+            const std::uint8_t level = levels_ ? levels_->of(leaves_.density[leaf]) : std::uint8_t{0};
             for (std::uint32_t row = box.top; row < box.bottom; ++row) {
                 for (std::uint32_t column = box.left; column < box.right; ++column) {
-                    visitRuns(std::size_t{row} * columns + column, leaf, count, visit);
+                    visitRuns(std::size_t{row} * columns + column, leaf, count, level, visit);
                 }
             }
         }
@@ -93,14 +98,14 @@ class LeafTiles {
     }
 
     template <class Visit>
-    void visitRuns(std::size_t tile, std::size_t leaf, std::uint32_t count, Visit& visit) const {
+    void visitRuns(std::size_t tile, std::size_t leaf, std::uint32_t count, std::uint8_t level,
+                   Visit& visit) const {
         const auto& weights = layer_.selection->weights;
         const std::uint16_t weight = weights.empty() ? LeafPoints::one : weights[leaf];
         std::uint64_t begin = leaves_.pointBegin[leaf];
         for (std::uint64_t left = count; left > 0;) {
             const std::uint64_t run = std::min(left, LeafPoints::mostPoints);
-            visit(tile, LeafPoints{cells_[leaf] | run << LeafPoints::countShift,
-                                   begin | std::uint64_t{weight} << LeafPoints::weightShift});
+            visit(tile, LeafPoints::of(cells_[leaf], run, begin, level, weight));
             begin += run;
             left -= run;
         }
@@ -111,6 +116,7 @@ class LeafTiles {
     const std::span<const LeafCell> cells_;
     std::vector<std::vector<DrawnLeaf>>& found_;  // by chunk
     std::vector<PointRun>& verified_;
+    std::optional<DensityLevels> levels_;
 };
 
 /// The groups of a layer that touch tiles, chunk by chunk.
@@ -165,7 +171,9 @@ class GroupTiles {
 bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
                       std::shared_ptr<const PointGroups> groups, const PixelColors* colors,
                       const std::stop_token& stop) {
+    MOTE_CHECK(layer.step->pointCount() <= std::uint64_t{1} << LeafPoints::levelShift);
     colors_ = colors;
+    shaded_ = shadesCells(plan, layer);
     groups_ = std::move(groups);
     columns_ = tilesAcross(plan.width);
     tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
@@ -185,14 +193,14 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
     // Not by what is found: of several processes each has its own part of the points.
     slabs_ = layer.pointsDrawn > 0 && !alone_ ? map_->slabs() : 0;
     const bool stream = !groups_ && PointStream::serves(plan, layer, *map_);
-    const PreviewBlocks blocks = stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer);
+    const auto blocks = stream ? PreviewBlocks(layer, stream_.of(layer, cells)) : PreviewBlocks(layer);
     if (groups_) {
         sortGroups(stop);
     } else {
         sortLeaves(layer, stream ? std::span<const LeafCell>() : cells, stop);
     }
-    sortDiscs(discs_ ? blocks : PreviewBlocks(std::span<const storage::PreviewPoint>()), stop);
-    sortPixels(discs_ ? PreviewBlocks(std::span<const storage::PreviewPoint>()) : blocks, stop);
+    sortDiscs(discs_ ? blocks : PreviewBlocks(), stop);
+    sortPixels(discs_ ? PreviewBlocks() : blocks, stop);
     return !stop.stop_requested();
 }
 
@@ -277,9 +285,11 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
     const auto leaves = leaves_.of(index(tile));
     const auto discs = discPoints_.of(index(tile));
     if (discs_ && groups_) {
-        gatherGroupedDiscs(*map_, leaves.data(), leaves.size(), groups_->points.data(), *discs_, tile, cells);
+        gatherGroupedDiscs(*map_, leaves.data(), leaves.size(), groups_->points.data(),
+                           groups_->levels.data(), *discs_, tile, cells);
     } else if (groups_) {
-        gatherGrouped(*map_, leaves.data(), leaves.size(), groups_->points.data(), tile, cells);
+        gatherGrouped(*map_, leaves.data(), leaves.size(), groups_->points.data(), groups_->levels.data(),
+                      tile, cells);
     } else if (discs_) {
         gatherDiscs(*map_, leaves.data(), leaves.size(), points_, end_, *discs_, tile, cells);
         gatherScreenDiscs(discs.data(), discs.size(), *discs_, tile, cells);
@@ -288,11 +298,15 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
     }
     constexpr float step = 1.0F / (1 << placeBits);
     for (const TilePoint point : pixelPoints_.of(index(tile))) {
-        const std::uint32_t cell = point >> placeBits;
+        const std::uint32_t cell = point >> (placeBits + levelBits);
         PointCell& sums = cells.cells()[cell];
         sums.weight += 1.0F;
-        sums.depth += (static_cast<float>(point & ((1U << placeBits) - 1)) + 0.5F) * step;
+        sums.depth += (static_cast<float>(point >> levelBits & ((1U << placeBits) - 1)) + 0.5F) * step;
         cells.touched()[cell / Tile::packetPixels] = 1;
+        if (!shaded_) continue;
+        PixelShade& shade = cells.shades()[cell % Tile::pixels];
+        shade.weight += 1.0F;
+        shade.level += static_cast<float>(point & ((1U << levelBits) - 1));
     }
     cells.settle();
 }
@@ -356,10 +370,11 @@ std::span<TileCells> FramePoints::gather(Tile tile) {
     cells.resize(layers_.size(), TileCells(0));
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const std::uint32_t slabs = layers_[i].slabs(), first = layers_[i].firstSlab();
-        if (cells[i].slabs() == slabs && cells[i].firstSlab() == first) {
+        const bool shaded = layers_[i].shaded();
+        if (cells[i].slabs() == slabs && cells[i].firstSlab() == first && cells[i].shaded() == shaded) {
             cells[i].clear();
         } else {
-            cells[i] = TileCells(slabs, first);
+            cells[i] = TileCells(slabs, first, shaded);
         }
         layers_[i].gather(tile, cells[i]);
     }

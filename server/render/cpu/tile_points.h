@@ -58,6 +58,8 @@ class TilePoints {
 
     /// Whether each point is drawn where it stands (standAlone) and none has a cell.
     bool alone() const { return alone_; }
+    /// Whether cells tell the levels of points.
+    bool shaded() const { return shaded_; }
     /// Whether a tile may have cells.
     bool any(Tile tile) const {
         const std::size_t i = index(tile);
@@ -90,7 +92,7 @@ class TilePoints {
     template <class Visit>
     void visitTiles(const ScreenPoint& point, Visit visit) const;
 
-    bool alone_ = false;
+    bool alone_ = false, shaded_ = false;
     DotFootprint ink_{0.0F};  // of one that stands alone
     PointLook look_;
     bool perspective_ = false;

@@ -13,9 +13,11 @@
 #include "protocol/base/mote_check.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/point_footprint.h"
+#include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/values_kernel.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/long_list.h"
+#include "server/render/plan/point_values.h"
 
 namespace mote::render {
 namespace {
@@ -37,15 +39,15 @@ void least(std::uint64_t& word, std::uint64_t key) {
 struct Chunk {
     std::array<std::uint32_t, summedLeaves> drawn{};
     LeafRun run;
-    std::uint64_t begin = 0;   ///< the first leaf's first point
-    std::uint64_t points = 0;  ///< drawn
+    const float* density = nullptr;  ///< by leaf
+    std::uint64_t begin = 0;         ///< the first leaf's first point
+    std::uint64_t points = 0;        ///< drawn
 };
 
 class Summing {
   public:
     Summing(const FramePlan& plan, const PointsPlan& points, std::span<const LeafCell> cells, bool count)
         : points_(points),
-          codes_(points.colors->values->codes),
           nearest_(points.colors->nearest),
           leaves_(cells.empty() ? storage::Leaves{} : points.step->leaves()),
           cells_(cells),
@@ -54,7 +56,12 @@ class Summing {
           count_(count && nearest_ && points.look.size <= 1.0),
           full_(fullOfAnyColor(points.look)),
           sums_{nearest_, {}} {
-        MOTE_CHECK(codes_.size() == points.step->pointCount());
+        if (const auto& shade = points.colors->shade) {
+            levels_.emplace(*shade, points.step->logDensity());
+        } else {
+            codes_ = points.colors->values->codes;
+            MOTE_CHECK(codes_.size() == points.step->pointCount());
+        }
         const std::size_t pixels = std::size_t{plan.width} * plan.height;
         resizeInTurns(sums_.words, 2 * pixels);
         if (nearest_) {
@@ -73,6 +80,7 @@ class Summing {
         forPartsInTurns(own.size(), chunks, stop, [&](std::size_t part, std::size_t number) {
             if (const Chunk chunk = chunkOf(number); chunk.points > 0) add(chunk, own[part]);
         });
+        addPreview(stop);
         forInTurns(std::size_t{0}, own.size(), [&](std::size_t part) {
             if (own[part].added > 0) carryOff(own[part]);
         });
@@ -85,15 +93,16 @@ class Summing {
     struct Part {
         std::vector<ValueSum> sums = {};  ///< by pixel, spareCounts longer; empty: there is nothing yet
         std::vector<std::uint32_t> counts = {};  ///< likewise, where nearest ones are counted
+        std::vector<ValueCode> codes = {};       ///< of a chunk's points, where they are told by leaf
         std::uint64_t added = 0;                 ///< points
         std::uint64_t counted = 0;               ///< likewise
     };
 
     void add(const Chunk& chunk, Part& part) {
-        if (discs_ || (!nearest_ && chunk.points > mostAdded)) return addOneByOne(chunk);
+        const ValueCode* const codes = codesOf(chunk, part.codes);
+        if (discs_ || (!nearest_ && chunk.points > mostAdded)) return addOneByOne(chunk, codes);
         if (part.sums.empty())
             part.sums.assign(sums_.words.size() / 2 + spareCounts, nearest_ ? ValueSum{noKey} : 0);
-        const ValueCode* const codes = codes_.data() + chunk.begin;
         if (nearest_) {
             if (count_ && part.counts.empty()) part.counts.assign(part.sums.size(), 0);
             part.counted += addNearest(map_, chunk.run, codes, part.sums.data(), full_,
@@ -123,7 +132,31 @@ class Summing {
                      .points = points_.step->positions(chunk.begin, end - chunk.begin).data(),
                      .end = end_,
                      .leaves = size};
+        chunk.density = leaves_.density.data() + first;
         return chunk;
+    }
+
+    /// Of a chunk's points. `room`: where they are told by leaf.
+    const ValueCode* codesOf(const Chunk& chunk, std::vector<ValueCode>& room) const {
+        if (!levels_) return codes_.data() + chunk.begin;
+        room.clear();
+        for (std::size_t i = 0; i < chunk.run.leaves; ++i)
+            room.insert(room.end(), chunk.run.count[i], DensityLevels::code(levels_->of(chunk.density[i])));
+        return room.data();
+    }
+
+    /// The preview knows densities alone.
+    void addPreview(const std::stop_token& stop) {
+        if (points_.preview == nullptr) return;
+        const PreviewBlocks blocks(points_);
+        const float reach = discs_ ? discs_->reach() : 0.0F;
+        forInTurns(std::size_t{0}, blocks.count(), [&](std::size_t block) {
+            if (stop.stop_requested()) return;
+            std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
+            const std::size_t hits = projectPreview(map_, blocks.block(block), reach, screen.data());
+            for (std::size_t i = 0; i < hits; ++i)
+                addPoint(screen[i], DensityLevels::code(static_cast<unsigned>(screen[i].level)));
+        });
     }
 
     void carryOff(Part& part) {
@@ -149,10 +182,9 @@ class Summing {
         addTo(2 * pixel + 1, sum);
     }
 
-    void addOneByOne(const Chunk& chunk) {
+    void addOneByOne(const Chunk& chunk, const ValueCode* codes) {
         std::array<ScreenPoint, blockPoints> screen;
         const storage::PackedPosition* points = chunk.run.points;
-        const ValueCode* codes = codes_.data() + chunk.begin;
         for (std::size_t leaf = 0; leaf < chunk.run.leaves; ++leaf) {
             for (std::size_t begin = 0; begin < chunk.drawn[leaf]; begin += blockPoints) {
                 const std::size_t size = std::min<std::size_t>(blockPoints, chunk.drawn[leaf] - begin);
@@ -204,7 +236,8 @@ class Summing {
     static constexpr std::uint64_t farBit = std::uint64_t{1} << 63;
 
     const PointsPlan& points_;
-    const std::vector<ValueCode>& codes_;
+    std::span<const ValueCode> codes_;     // by point; none: they are told by
+    std::optional<DensityLevels> levels_;  // leaf
     const bool nearest_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
@@ -272,11 +305,11 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
     constexpr std::size_t shades = 4096;  // of the map; and one for pixels without a value
     std::vector<glm::vec3> colors;
     for (std::size_t i = 0; i < shades; ++i)
-        colors.emplace_back(points.colors->map(static_cast<double>(i) / (shades - 1)));
+        colors.emplace_back(points.colors->color(static_cast<double>(i) / (shades - 1)));
     colors.emplace_back(points.look.color);
     const std::size_t pixels = std::size_t{plan.width} * plan.height;
     MOTE_CHECK(sums.words.size() == 2 * pixels);
-    const bool all = points.colors->values->complete;
+    const bool all = points.colors->shade || points.colors->values->complete;
     const bool counted = sums.nearest ? sums.counted > 0 : all && points.look.size <= 1.0;
     auto counts = listInTurns<std::uint32_t>(counted ? pixels : 0);
     auto codes = listInTurns<ValueCode>(pixels);
@@ -309,13 +342,14 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
 }
 
 std::optional<FrameColors> frameColors(const FramePlan& plan, ResidentLeaves& leaves,
-                                       const std::stop_token& stop, bool count) {
+                                       const std::stop_token& stop, ColorSearch search) {
     FrameColors colors(plan.points.size());
     for (std::size_t i = 0; i < plan.points.size(); ++i) {
         const PointsPlan& points = plan.points[i];
-        if (!points.colors || points.preview != nullptr) continue;
+        if (!points.colors || (points.preview != nullptr && !points.colors->shade)) continue;
+        if (search.cellsAreShaded && shadesCells(plan, points)) continue;
         const auto cells = leaves.of(points.step).upTo(*points.step, points.selection->drawn.size());
-        const auto sums = valueSums(plan, points, cells, stop, count);
+        const auto sums = valueSums(plan, points, cells, stop, search.count);
         if (!sums) return std::nullopt;
         colors[i] = std::make_shared<const PixelColors>(pixelColors(plan, points, *sums));
     }

@@ -39,8 +39,13 @@ std::optional<ValueSums> valueSums(const FramePlan& plan, const PointsPlan& poin
 /// The colours of a layer's points, which have colours.
 PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const ValueSums& sums);
 
-/// Nothing where `stop` was requested meanwhile. `count`: as of valueSums. Throws storage::StorageError.
+struct ColorSearch {
+    bool count = false;           ///< as of valueSums
+    bool cellsAreShaded = false;  ///< layers for which shadesCells() holds are left out
+};
+
+/// Nothing where `stop` was requested meanwhile. Throws storage::StorageError.
 std::optional<FrameColors> frameColors(const FramePlan& plan, ResidentLeaves& leaves,
-                                       const std::stop_token& stop, bool count = false);
+                                       const std::stop_token& stop, ColorSearch search = {});
 
 }  // namespace mote::render

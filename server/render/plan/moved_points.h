@@ -17,7 +17,7 @@ namespace mote::render {
 
 struct MovedPoints {
     /// Only they. It is what devices draw, and no more: no octree, its nodes being the cells of its leaves,
-    /// which may lie in each other; without densities.
+    /// which may lie in each other; in no order of densities, which are those of the leaves they were in.
     std::shared_ptr<const storage::ParticleStep> step;
     std::shared_ptr<const PointSelection> selection;  ///< all of them, weighing what they did
     std::shared_ptr<const PointValues> values;        ///< null: they had none

@@ -34,8 +34,33 @@ void packPacket(const TileCells& layer, std::uint32_t slab, std::uint32_t packet
     out.putAll(std::span<const PointCell>(held.data(), count));
 }
 
+/// Those of the packets that hold points, which a bit each tells, from bit 0.
+void packShades(const TileCells& layer, ByteWriter& out) {
+    std::uint64_t packets = 0;
+    for (std::uint32_t slab = 0; slab < layer.slabs(); ++slab) packets |= layer.occupied(slab);
+    out.put(packets);
+    for (; packets != 0; packets &= packets - 1) {
+        const auto first = static_cast<std::size_t>(std::countr_zero(packets)) * Tile::packetPixels;
+        out.putAll(std::span(layer.shades() + first, Tile::packetPixels));
+    }
+}
+
+void addShades(ByteReader& in, TileCells& layer) {
+    for (auto packets = in.get<std::uint64_t>(); packets != 0; packets &= packets - 1) {
+        std::array<PixelShade, Tile::packetPixels> more;
+        in.getAll(more.data(), more.size());
+        PixelShade* const shades =
+            layer.shades() + static_cast<std::size_t>(std::countr_zero(packets)) * Tile::packetPixels;
+        for (std::size_t i = 0; i < more.size(); ++i) {
+            shades[i].weight += more[i].weight;
+            shades[i].level += more[i].level;
+        }
+    }
+}
+
 Bytes packLayer(const TileCells& layer) {
     ByteWriter out;
+    if (layer.shaded()) packShades(layer, out);
     for (std::uint32_t slab = 0; slab < layer.slabs(); ++slab) {
         for (std::uint64_t bits = layer.occupied(slab); bits != 0; bits &= bits - 1) {
             packPacket(layer, slab, static_cast<std::uint32_t>(std::countr_zero(bits)), out);
@@ -45,7 +70,9 @@ Bytes packLayer(const TileCells& layer) {
 }
 
 void addLayer(std::span<const std::byte> packed, TileCells& layer) {
-    for (ByteReader in(packed); !in.atEnd();) {
+    ByteReader in(packed);
+    if (layer.shaded()) addShades(in, layer);
+    while (!in.atEnd()) {
         const auto head = in.get<PacketHead>();
         MOTE_CHECK(head.number < layer.slabs() * Tile::packets);
         PointCell* const cells = layer.cells() + std::size_t{head.number} * Tile::packetPixels;
@@ -65,7 +92,8 @@ void addLayer(std::span<const std::byte> packed, TileCells& layer) {
 
 std::size_t mostCellBytes(std::uint32_t slabs, std::size_t layers) {
     constexpr std::size_t packet = sizeof(PacketHead) + Tile::packetPixels * sizeof(PointCell);
-    return layers * (sizeof(std::uint64_t) + std::size_t{slabs} * Tile::packets * packet);
+    constexpr std::size_t shades = sizeof(std::uint64_t) + Tile::pixels * sizeof(PixelShade);
+    return layers * (sizeof(std::uint64_t) + shades + std::size_t{slabs} * Tile::packets * packet);
 }
 
 Bytes packCells(std::span<const TileCells> layers) {

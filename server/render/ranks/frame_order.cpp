@@ -146,9 +146,13 @@ void passPoints(Way& way, Points& points) {
     bool selects = points.selection != nullptr && points.selection->points > 0;
     way(points.layer, points.boxToEye, points.look, points.fraction, points.meanWeight, points.thinning,
         selects, points.leavesInView, points.pointsDrawn, points.share, points.clips);
+    bool shaded = points.colors && points.colors->shade;
+    way(shaded);
     if constexpr (Way::reads) {
         if (!selects) points.selection = std::make_shared<const PointSelection>();
+        if (shaded) points.colors = PointColors{.values = nullptr, .shade = PointShade{}};
     }
+    if (shaded) way(points.colors->map, *points.colors->shade);
 }
 
 template <class Way, class Field>

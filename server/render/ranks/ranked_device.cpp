@@ -313,8 +313,10 @@ std::unique_ptr<UnfinishedPicture> RankedDevice::begin(const FramePlan& plan, Pi
     if (stop.stop_requested()) return nullptr;
     if (plan.blank()) return finishedPicture(blankPicture(plan, format));
     FrameOrder order = state_->orderOf(plan, format);
-    // Rank 0 alone has the values: it reads the points that they colour.
-    auto colors = state_->parts.arena.execute([&] { return frameColors(plan, state_->parts.leaves, stop); });
+    // Rank 0 alone has the values of columns: it reads the points that they colour.
+    const ColorSearch search{.count = false, .cellsAreShaded = !order.flatPoints};
+    auto colors =
+        state_->parts.arena.execute([&] { return frameColors(plan, state_->parts.leaves, stop, search); });
     if (!colors) return nullptr;
     order.colors = *std::move(colors);
     auto picture = std::make_unique<Unfinished>(*state_, std::move(order));

@@ -20,6 +20,9 @@ void addRandomCells(std::vector<TileCells>& layers, std::mt19937_64& random, int
         layer.cells()[cell].weight += 1.0F;
         layer.cells()[cell].depth += static_cast<float>(random() % 2);
         layer.touched()[cell / Tile::packetPixels] = 1;
+        if (!layer.shaded()) continue;
+        layer.shades()[cell % Tile::pixels].weight += 1.0F;
+        layer.shades()[cell % Tile::pixels].level += static_cast<float>(random() % 256);
     }
     for (auto& layer : layers) layer.settle();
 }
@@ -32,13 +35,19 @@ void expectSame(const TileCells& one, const TileCells& other) {
             ASSERT_EQ(one.slab(slab)[i].depth, other.slab(slab)[i].depth);
         }
     }
+    ASSERT_EQ(one.shaded(), other.shaded());
+    for (std::uint32_t i = 0; one.shaded() && i < Tile::pixels; ++i) {
+        ASSERT_EQ(one.shades()[i].weight, other.shades()[i].weight);
+        ASSERT_EQ(one.shades()[i].level, other.shades()[i].level);
+    }
 }
 
 class CellBytesTest : public testing::TestWithParam<int> {};
 
 TEST_P(CellBytesTest, SumsOfPartsAreTheWhole) {
     std::mt19937_64 random(7);
-    const std::vector<TileCells> none(3, TileCells(slabs));
+    std::vector<TileCells> none(3, TileCells(slabs));
+    none[1] = TileCells(slabs, 0, true);
     std::vector<TileCells> whole = none, sum = none;
     for (int part = 0; part < 3; ++part) {
         std::vector<TileCells> cells = none;

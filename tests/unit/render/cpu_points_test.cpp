@@ -28,6 +28,7 @@ namespace {
 
 struct PlainPoint {
     double x, y, slab;  ///< pixels, slabs
+    float density;      ///< of its leaf
 };
 
 /// The points that a plan's only layer draws, from its leaves, where the eye sees them.
@@ -45,7 +46,7 @@ std::vector<PlainPoint> plainPoints(const FramePlan& plan) {
             const glm::dvec3 box = edge * (place + (glm::dvec3(p.x, p.y, p.z) + 0.5) / 65536.0);
             const glm::dvec4 at = toScreen * glm::dvec4(box, 1.0);
             if (plan.camera.perspective() && at.w < plan.nearDepth) continue;
-            points.push_back({at.x / at.w, at.y / at.w, at.z});
+            points.push_back({at.x / at.w, at.y / at.w, at.z, leaves.density[i]});
         }
     }
     return points;
@@ -119,6 +120,7 @@ std::vector<std::uint8_t> pictureOf(const FramePlan& plan, const FlatPoints& poi
 struct Gathered {
     std::vector<double> weight;
     double depth = 0.0;
+    std::vector<PixelShade> shades = {};  ///< by pixel, if they are shaded
 };
 
 /// What points are gathered from.
@@ -132,7 +134,8 @@ Gathered gather(const FramePlan& plan, From from = From::leaves) {
     const auto groups = from == From::groups ? groupPoints(layer, leaves, {}) : nullptr;
     EXPECT_TRUE(points.sort(plan, layer, leaves, groups, nullptr, {}));
     Gathered sums{std::vector<double>(std::size_t{plan.width} * plan.height, 0.0)};
-    TileCells cells(plan.slabs);
+    if (points.shaded()) sums.shades.resize(sums.weight.size());
+    TileCells cells(plan.slabs, 0, points.shaded());
     for (std::uint32_t row = 0; row < tilesAcross(plan.height); ++row) {
         for (std::uint32_t column = 0; column < tilesAcross(plan.width); ++column) {
             cells.clear();
@@ -141,13 +144,14 @@ Gathered gather(const FramePlan& plan, From from = From::leaves) {
             for (std::uint32_t y = 0; y < Tile::edge && row * Tile::edge + y < plan.height; ++y) {
                 for (std::uint32_t x = 0; x < Tile::edge && column * Tile::edge + x < plan.width; ++x) {
                     const std::uint32_t pixel = Tile::pixelIndex(x, y);
+                    const std::size_t at =
+                        std::size_t{row * Tile::edge + y} * plan.width + column * Tile::edge + x;
+                    if (cells.shaded()) sums.shades[at] = cells.shades()[pixel];
                     for (std::uint32_t slab = 0; slab < plan.slabs; ++slab) {
                         const PointCell cell = cells.slab(slab)[pixel];
                         if (cell.weight > 0.0F) {
                             EXPECT_TRUE(cells.occupied(slab) >> (pixel / Tile::packetPixels) & 1);
                         }
-                        const std::size_t at =
-                            std::size_t{row * Tile::edge + y} * plan.width + column * Tile::edge + x;
                         sums.weight[at] += cell.weight;
                         sums.depth += cell.weight * slab + cell.depth;
                     }
@@ -332,6 +336,86 @@ TEST_P(CpuPointsTest, AStreamShowsThePointsOfTheLeaves) {
     }
 }
 
+constexpr PointShade shade{{0.3, 1.2}, {0.75, 1.0}};
+
+/// What the levels of a plan's points add up to, discs of a size or points of a pixel.
+std::vector<PixelShade> plainShades(const FramePlan& plan, double size) {
+    std::vector<PixelShade> sums(std::size_t{plan.width} * plan.height);
+    const LogDensity scale = plan.points[0].step->logDensity();
+    for (const auto& point : plainPoints(plan)) {
+        const double t = scale.ofLeaf(double{point.density});
+        const double level =
+            std::round(255.0 * std::clamp((t - shade.t.low) / (shade.t.high - shade.t.low), 0.0, 1.0));
+        const double reach = size > 1.0 ? size / 2.0 + 1.5 : 0.0;
+        const auto first = [&](double at) { return static_cast<std::int64_t>(std::floor(at - reach)); };
+        for (auto row = first(point.y); static_cast<double>(row) <= point.y + reach; ++row) {
+            for (auto column = first(point.x); static_cast<double>(column) <= point.x + reach; ++column) {
+                if (row < 0 || column < 0 || row >= plan.height || column >= plan.width) continue;
+                const double d = std::hypot(static_cast<double>(column) + 0.5 - point.x,
+                                            static_cast<double>(row) + 0.5 - point.y);
+                const double covered = size > 1.0 ? std::clamp(size / 2.0 + 0.5 - d, 0.0, 1.0) : 1.0;
+                PixelShade& sum = sums[static_cast<std::size_t>(row * plan.width + column)];
+                sum.weight += static_cast<float>(covered);
+                sum.level += static_cast<float>(covered * level);
+            }
+        }
+    }
+    return sums;
+}
+
+TEST_P(CpuPointsTest, CellsTellTheLevelsOfDensities) {
+    const std::string all = "'camera': {'eye': [2, 4, 8], 'target': [0, 0, 0]}";
+    for (const double size : {1.0, 3.0}) {
+        const std::string look = size > 1.0 ? ", 'opacity': 0.000001, 'sizePixels': 3" : ", 'opacity': 0.01";
+        SelectionCache selections;
+        const auto expect = [&](FramePlan plan, const FramePlan& plain, From from, double more,
+                                const char* what) {
+            plan.points[0].colors = PointColors{.values = nullptr, .shade = shade};
+            const auto shades = gather(plan, from).shades;
+            const auto expected = plainShades(plain, size);
+            ASSERT_EQ(shades.size(), expected.size());
+            double weight = 0.0, level = 0.0, sum = 0.0, levels = 0.0;
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                weight += std::abs(double{shades[i].weight} - double{expected[i].weight});
+                level += std::abs(double{shades[i].level} - double{expected[i].level});
+                sum += double{expected[i].weight};
+                levels += double{expected[i].level};
+            }
+            EXPECT_GT(levels, 10.0 * sum) << "some of them are above the least";
+            EXPECT_LT(levels, 245.0 * sum) << "and below the greatest";
+            EXPECT_LE(weight, 4.0 + more * sum) << what << size;
+            EXPECT_LE(level, 255.0 * (4.0 + more * sum)) << what << size;
+        };
+        for (const auto* camera : cameras) {
+            const auto plan = makeFramePlan(scene(camera, look), Quality::exact());
+            expect(plan, plan, From::leaves, 2e-3, camera);
+            expect(plan, plan, From::groups, 2e-3, camera);
+        }
+        const auto whole = scene(all, look);
+        expect(makeFramePlan(whole, {.slabs = 24}), makeFramePlan(whole, Quality::exact()), From::leaves,
+               0.015, "stream");
+        const Quality quality{.pointFraction = 0.2, .slabs = 24};
+        const auto preview = makeFramePlan(whole, quality, selections, {.preview = true});
+        ASSERT_NE(preview.points[0].preview, nullptr);
+        // Up to a block more than the share.
+        expect(preview, makeFramePlan(whole, quality, selections, {}), From::leaves, 0.6, "preview");
+        auto previewColors = preview;
+        previewColors.points[0].colors = PointColors{.values = nullptr, .shade = shade};
+        const auto shades = gather(previewColors).shades;
+        const auto levels = std::accumulate(
+            shades.begin(), shades.end(), PixelShade{0.0F, 0.0F}, [](PixelShade sum, const PixelShade& each) {
+                return PixelShade{sum.weight + each.weight, sum.level + each.level};
+            });
+        const auto exact = plainShades(makeFramePlan(whole, quality, selections, {}), 1.0);
+        double weight = 0.0, level = 0.0;
+        for (const auto& each : exact) {
+            weight += double{each.weight};
+            level += double{each.level};
+        }
+        EXPECT_NEAR(double{levels.level} / double{levels.weight}, level / weight, 2.0) << "preview" << size;
+    }
+}
+
 TEST_P(CpuPointsTest, ATileBoxHoldsAllThatItsLeafTouches) {
     for (const auto* camera : cameras) {
         const auto plan = makeFramePlan(scene(camera), Quality::exact());
@@ -484,6 +568,23 @@ TEST(PointGroups, AreMadeOnceForASelection) {
     other.points[0].selection = nullptr;
     groups.dropExpired();
     EXPECT_TRUE(kept.expired());
+}
+
+TEST(PointGroups, AreMadeAnewForOtherColors) {
+    auto plan = makeFramePlan(scene(cameras[0]), Quality::exact());
+    LeafCells cells;
+    ResidentGroups groups;
+    auto& layer = plan.points[0];
+    const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
+    const auto plain = groups.of(layer, span, {});
+    EXPECT_TRUE(plain->levels.empty());
+    layer.colors = PointColors{.values = nullptr, .shade = shade};
+    const auto shaded = groups.of(layer, span, {});
+    EXPECT_EQ(shaded->levels.size(), shaded->points.size());
+    layer.colors->shade->t.high = 0.9;
+    EXPECT_NE(groups.of(layer, span, {}), shaded);
+    layer.colors->shade->t.high = shade.t.high;
+    EXPECT_EQ(groups.of(layer, span, {}), shaded);
 }
 
 TEST(PointGroups, ServeWhatRestsAndIsNotTooNear) {

@@ -10,7 +10,7 @@ namespace mote::render {
 namespace {
 
 /// What a point hides, square pixels: summed up over a fine lattice, with the coverage of docs/PICTURE.md.
-double hiddenBy(const PointLook& look, double toTau) {
+double hiddenByLook(const PointLook& look, double toTau) {
     const double tau = look.light * toTau;
     const auto hides = [&](double coverage) {
         return look.light > 0.0 ? -std::expm1(-tau * coverage) : look.opacity * coverage;
@@ -45,9 +45,9 @@ TEST(MovingLook, WhatIsLeftHidesAsMuchAsAllDid) {
                     for (const auto& rest : {lit, plain}) {
                         const auto moving = movingLook(rest, toTau, {pixels, share});
                         // Within what the lattice sums to.
-                        EXPECT_NEAR(
-                            hiddenBy(moving, toTau) * share / (pixels * pixels) / hiddenBy(rest, toTau), 1.0,
-                            0.005)
+                        EXPECT_NEAR(hiddenByLook(moving, toTau) * share / (pixels * pixels) /
+                                        hiddenByLook(rest, toTau),
+                                    1.0, 0.005)
                             << pixels << ' ' << share << ' ' << size;
                         EXPECT_LE(-std::expm1(-moving.light * toTau), 0.7001);
                         EXPECT_LE(moving.opacity, rest.light > 0.0 ? 1.0 : 0.9501);

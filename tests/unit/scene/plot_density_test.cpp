@@ -101,6 +101,16 @@ TEST(PlotDensity, TheVolumeBeginsInTheColourOfThePoints) {
             const auto& knots = style.volumeOpacity.knots();
             const auto transfer = style.transfer();
             EXPECT_NEAR(transfer.color(knots.front().x).y, style.pointColor.y, 1e-9) << ratio;
+            // Points in the volume's colours at any density, from the one in which it begins.
+            ASSERT_TRUE(style.pointShade);
+            const auto& [t, colors] = *style.pointShade;
+            for (const double way : {0.0, 0.3, 1.0}) {
+                const double at = t.low + way * (t.high - t.low);
+                const double share = colors.low + way * (colors.high - colors.low);
+                const auto& range = style.colorRange;
+                EXPECT_NEAR((at - range.low) / (range.high - range.low), share, 1e-9) << ratio;
+            }
+            EXPECT_EQ(style.colorMap(colors.low), style.pointColor);
             // Of a factor of 16 at least.
             const double end = onLight ? 0.35 : 1.0, begin = onLight ? 0.6 : 0.75;
             const double width = style.colorRange.high - style.colorRange.low;

@@ -9,7 +9,9 @@
 #include <limits>
 
 #include "server/render/blank_picture.h"
+#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/resident_fields.h"
+#include "server/render/plan/point_values.h"
 #include "server/render/plan/screen_map.h"
 
 namespace mote::render {
@@ -155,6 +157,15 @@ std::uint8_t smoothIn(const FramePlan& plan, const std::vector<FrameField>& fiel
     return least >= 8.0 ? 4 : least >= 4.0 ? 2 : 1;
 }
 
+std::vector<glm::vec3> shadesOf(const FramePlan& plan, const PointsPlan& points) {
+    std::vector<glm::vec3> shades;
+    if (!shadesCells(plan, points)) return shades;
+    constexpr unsigned last = DensityLevels::last * FramePointLook::shadesOfLevel;
+    for (unsigned i = 0; i <= last; ++i)
+        shades.emplace_back(points.colors->color(static_cast<double>(i) / last));
+    return shades;
+}
+
 }  // namespace
 
 CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
@@ -176,7 +187,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
         const PointLook& look = plan.points[i].look;
         const bool byDepth = look.light > 0.0 && plan.camera.perspective();
         points.push_back({glm::vec3(look.color), static_cast<float>(look.tauAt(1.0, byDepth) * look.thinned),
-                          byDepth, colors[i].get()});
+                          byDepth, colors[i].get(), shadesOf(plan, plan.points[i])});
     }
     for (std::size_t i = 0; i < plan.fields.size(); ++i) {
         const FieldPlan& field = plan.fields[i];

@@ -16,6 +16,7 @@
 #include "protocol/scene/hybrid_style.h"
 #include "server/render/cpu/composite/field_reach.h"
 #include "server/render/cpu/resident_fields.h"
+#include "server/render/cpu/tile_cells.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
 #include "server/render/plan/pixel_colors.h"
@@ -49,6 +50,15 @@ struct FramePointLook {
     float tau;                            ///< optical depth of a whole point, thinned as its look says
     bool byDepth;                         ///< `tau` is that at depth 1, and goes with its inverse square
     const PixelColors* colors = nullptr;  ///< by pixel, in place of the one; null: none
+    /// Likewise if cells tell the levels of points (TileCells): the colours of all levels, shadesOfLevel to
+    /// each; else empty.
+    std::vector<glm::vec3> shades = {};
+
+    static constexpr unsigned shadesOfLevel = 8;
+    const glm::vec3& colorOf(const PixelShade& shade) const {
+        const float mean = shade.level / shade.weight;
+        return shades[static_cast<std::size_t>(mean * shadesOfLevel + 0.5F)];
+    }
 };
 
 /// Where a slab lies.

@@ -154,11 +154,16 @@ void Packet::setPoints(const CompositeFrame& frame, std::span<const TileCells> c
 void Packet::setColors(const CompositeFrame& frame, std::uint32_t x, std::uint32_t y) {
     for (std::size_t l = 0; l < frame.points.size(); ++l) {
         const FramePointLook& look = frame.points[l];
+        const bool shaded = !look.shades.empty() && l < points.size() && points[l].shaded();
         for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
             const std::uint32_t column = x + i % Tile::packetEdge, row = y + i / Tile::packetEdge;
             const bool own = look.colors != nullptr && column < frame.width && row < frame.height;
-            const glm::vec3& color = own ? look.colors->at(column, row) : look.color;
-            for (std::size_t c = 0; c < 3; ++c) pointColors[l][c][i] = color[static_cast<int>(c)];
+            const glm::vec3* color = own ? &look.colors->at(column, row) : &look.color;
+            if (shaded) {
+                const PixelShade& shade = points[l].shades()[number * Tile::packetPixels + i];
+                if (shade.weight > 0.0F) color = &look.colorOf(shade);
+            }
+            for (std::size_t c = 0; c < 3; ++c) pointColors[l][c][i] = (*color)[static_cast<int>(c)];
         }
     }
 }

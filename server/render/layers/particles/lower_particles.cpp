@@ -116,6 +116,10 @@ storage::StepNeed needOf(const PointsPlan& points, SelectionCache& selections) {
     return need;
 }
 
+bool byColumn(const PointsPlan& points) {
+    return points.colors && points.colors->values != nullptr;
+}
+
 bool ready(const storage::ParticleStep& step, const storage::StepNeed& need) {
     return step.octreeReady() && std::all_of(need.points.begin(), need.points.end(), [&](const auto& range) {
                return step.positionsReady(range.begin, range.count) == range.count;
@@ -144,7 +148,7 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
     const double shown = previewShare(*points.step, points.fraction, share, offered);
     if (!(shown > 0.0) || !takePreview(points, shown)) return false;
     points.waits = shown < share;
-    points.colors.reset();
+    if (byColumn(points)) points.colors.reset();
     return true;
 }
 
@@ -171,7 +175,7 @@ void select(PointsPlan& points, const Frustum& frustum, bool alike, bool cut, co
     points.leavesInView = leavesInView(*points.step, frustum, points.choice());
     // The preview does not tell which points of the step its own are, nor their weights, nor which leaves are
     // thin.
-    const bool preview = out.device.preview && alike && !cut && !points.colors && !points.choice().thin();
+    const bool preview = out.device.preview && alike && !cut && !byColumn(points) && !points.choice().thin();
     if (preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
         return;
     }
@@ -213,9 +217,11 @@ void cut(PointsPlan& points, const HalfSpaces& clips, const Lowering& out) {
     if (points.colors) points.colors->values = std::move(left.values);
 }
 
-/// Without values, points have the colour of their look. The preview knows no values.
+/// Without values, points have the colour of their look. The preview knows no values but densities.
 std::optional<PointColors> colorsOf(const Layer& layer, const ParticlesStyle& style,
                                     std::shared_ptr<const PointValues> values) {
+    if (!layer.colorBy && style.pointShade)
+        return PointColors{.values = nullptr, .map = style.colorMap, .shade = style.pointShade};
     if (!layer.colorBy || values == nullptr) return std::nullopt;
     return PointColors{std::move(values), colorMapOf(*layer.colorBy), colorsOfNearest(*layer.colorBy, style)};
 }
@@ -240,7 +246,8 @@ std::shared_ptr<const StepVolume> volumeOf(const std::shared_ptr<const storage::
 std::shared_ptr<const PointValues> meansOf(const std::shared_ptr<const storage::ParticleStep>& step,
                                            const ParticlesStyle& style,
                                            const std::optional<PointColors>& colors, const Lowering& out) {
-    if (!colors || !style.transfer().visible() || treeWaits(*step, out)) return nullptr;
+    if (!colors || colors->values == nullptr || !style.transfer().visible() || treeWaits(*step, out))
+        return nullptr;
     return out.selections.leafMeans(step, colors->values);
 }
 
