@@ -4,12 +4,15 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <sys/resource.h>
+#include <sys/vfs.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <utility>
 
 #include "protocol/base/system_error.h"
+#include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {
@@ -37,7 +40,18 @@ class Hdf5Id {
     Close close_;
 };
 
-/// Makes the file with room for everything, before HDF5 sees it.
+/// Errors as those of fallocate(), of a file in memory alone: there each page would be made and given back.
+int checkRoomInMemory(int descriptor, std::uint64_t size) {
+    struct statfs status {};
+    if (::fstatfs(descriptor, &status) != 0) return errno;
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && size > limit.rlim_cur) return EFBIG;
+    // Without blocks there is no limit.
+    const bool limited = status.f_blocks > 0;
+    return limited && size / static_cast<std::uint64_t>(status.f_bsize) >= status.f_bavail ? ENOSPC : 0;
+}
+
+/// Makes the file, if there is room for everything, before HDF5 sees it and makes it empty again.
 Status reserve(const std::filesystem::path& path, const FileLayout& layout) {
     std::uint64_t size = 16384;
     for (const auto& array : layout.arrays) size += bytesOf(array) + 64;
@@ -45,7 +59,10 @@ Status reserve(const std::filesystem::path& path, const FileLayout& layout) {
     if (!file.valid()) return systemError(errno, path.string(), "cannot be made");
     int number = 0;
     do {
-        number = ::fallocate(file.get(), 0, 0, static_cast<off_t>(size)) == 0 ? 0 : errno;
+        if (isInMemory(file.get()))
+            number = checkRoomInMemory(file.get(), size);
+        else
+            number = ::fallocate(file.get(), 0, 0, static_cast<off_t>(size)) == 0 ? 0 : errno;
     } while (number == EINTR);
     if (number == 0 || number == EOPNOTSUPP || number == ENOSYS) return success();
     return systemError(number, path.string(), fmt::format("cannot have the {} bytes that it needs", size));

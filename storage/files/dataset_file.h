@@ -54,6 +54,9 @@ class ScratchFile {
 /// Whether it is the name of a file directly in a folder: no such name leads out of it.
 bool isPlainName(const std::string& name);
 
+/// Whether an open file is in memory alone (tmpfs).
+bool isInMemory(int descriptor);
+
 /// Opens it to be read. Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's
 /// place, or a link in a folder's).
 Result<FileDescriptor> openRegular(const PathBeneath& path);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -6,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -15,6 +17,7 @@
 #include "storage/arrays/array_file.h"
 #include "storage/catalogue.h"
 #include "storage/dataset_writer.h"
+#include "storage/files/dataset_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "tests/support/temp_dir.h"
@@ -93,6 +96,40 @@ void expectOnePass(const fs::path& folder, bool ahead, const std::vector<std::si
     if (ahead) return;
     const auto stopped = file->finish([] { return true; });
     EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
+}
+
+/// A folder in memory alone, of tmpfs; empty where there is none.
+class FolderInMemory {
+  public:
+    FolderInMemory() {
+        std::string name = "/dev/shm/mote-test-XXXXXX";
+        const FileDescriptor shm(::open("/dev/shm", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+        if (shm.valid() && isInMemory(shm.get()) && ::mkdtemp(name.data()) != nullptr) path_ = name;
+    }
+    FolderInMemory(const FolderInMemory&) = delete;
+    FolderInMemory& operator=(const FolderInMemory&) = delete;
+    ~FolderInMemory() {
+        std::error_code ignored;
+        if (!path_.empty()) fs::remove_all(path_, ignored);
+    }
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
+TEST(ArrayFileWriter, InMemoryAloneItIsTheSame) {
+    const FolderInMemory folder;
+    if (folder.path().empty()) GTEST_SKIP() << "/dev/shm is no tmpfs";
+    for (const bool ahead : {false, true}) {
+        const auto in = folder.path() / (ahead ? "ahead" : "after");
+        fs::create_directory(in);
+        expectOnePass(in, ahead, {0, 1, 2, 3});
+    }
+    const auto file = ArrayFileWriter::create(folder.path(), "b", {{}, {{"/a", "u8", {1ULL << 50}}}, {}});
+    ASSERT_FALSE(file.ok()) << "more than there can be";
+    EXPECT_EQ(file.error().code, ErrorCode::resourceExhausted);
+    EXPECT_NE(file.error().message.find("bytes that it needs"), std::string::npos) << file.error().message;
 }
 
 TEST(ArrayFileWriter, HashesArraysAheadWhileOthersAreWritten) {
