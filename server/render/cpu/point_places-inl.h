@@ -157,6 +157,7 @@ struct GroupSource {
     }
     HWY_INLINE void prefetch(std::uint64_t begin) const {
         for (std::size_t i = 0; i < 64; i += 8) __builtin_prefetch(points + begin + i);
+        if (levels != nullptr) __builtin_prefetch(levels + begin);
     }
 
   private:
