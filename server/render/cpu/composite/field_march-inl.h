@@ -188,7 +188,8 @@ HWY_INLINE void takeSmooth(const CellPieces& pieces, const Sample& front, const 
 constexpr float bentDepth = 0.02F, deepPart = 1.0F;
 /// A change of t, as the TransferTable counts it, over which a colour map does not change evenly.
 constexpr float colorfulChange = 0.1F * TransferTable::cells;
-constexpr float steepPieces = 4.0F;
+/// A part is cut into the fewer pieces where none of these is much exceeded, else into the more.
+constexpr float fewPieces = 2.0F, manyPieces = 4.0F, muchMore = 2.0F;
 
 /// The same for the rays whose extinction is steep in a part, each in as many pieces as it needs itself: what
 /// its neighbours in the vector need must not show. `steep`: which; `pieces`: how many.
@@ -225,14 +226,15 @@ struct SteepRays {
 };
 
 /// The same for a part of which the table was read, in several pieces where it is steep. `length`: of a way
-/// of 1.
+/// of 1; `seen`: the rays that see something yet, for whom it matters how.
 template <class Take>
 HWY_INLINE SteepRays takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
-                              const PartReads& reads, const Sample& back, V length, const Take& take) {
+                              const PartReads& reads, const Sample& back, V length, hn::Mask<Floats> seen,
+                              const Take& take) {
     const Floats d;
     const Sample middle = sampleOf(reads.middle);
     const CellPieces pieces(front, middle, back);
-    const auto moved = hn::Gt(back.way, front.way);
+    const auto moved = hn::And(seen, hn::Gt(back.way, front.way));
     const V wrong = hn::Mul(hn::Abs(hn::Sub(pieces.halves, pieces.whole.depth)), length);
     const V deep = hn::Mul(pieces.halves, length);
     const auto bent = hn::Gt(wrong, hn::Set(d, bentDepth));
@@ -248,7 +250,11 @@ HWY_INLINE SteepRays takePart(const DensitySource& source, const RayLanes& rays,
     takeSmooth(pieces, front, middle, back,
                [&](V depth, const Sample& one, const Sample& other, V mean)
                    HWY_ATTR { take(hn::IfThenZeroElse(steep, depth), one, other, mean); });
-    takeSteep(source, rays, front, back, steep, hn::Set(d, steepPieces), take);
+    const auto much = hn::Or(hn::Or(hn::Gt(wrong, hn::Set(d, muchMore * bentDepth)),
+                                    hn::Gt(deep, hn::Set(d, muchMore * deepPart))),
+                             hn::Gt(change, hn::Set(d, muchMore * colorfulChange)));
+    const V pieceCount = hn::IfThenElse(hn::And(steep, much), hn::Set(d, manyPieces), hn::Set(d, fewPieces));
+    takeSteep(source, rays, front, back, steep, pieceCount, take);
     return rayKinds;
 }
 
@@ -343,7 +349,7 @@ HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& pack
             const Light before = light;
             V depth = hn::Zero(d);
             const auto steep =
-                takePart(source, rays, front, reads, back, length,
+                takePart(source, rays, front, reads, back, length, light.seen(),
                          [&](V piece, const Sample& one, const Sample& other, V mean) HWY_ATTR {
                              const V tau = hn::Mul(piece, length);
                              depth = hn::Add(depth, tau);

@@ -329,7 +329,7 @@ class PacketWalk {
             if (frame_.cellByCell) {
                 const PartReads reads = readPart(source, rays, partBetween(source, rays, front.way, way));
                 const Sample back = sampleOf(reads.back);
-                takePart(source, rays, front, reads, back, length,
+                takePart(source, rays, front, reads, back, length, light_.seen(),
                          [&](V depth, const Sample& one, const Sample& other, V mean)
                              HWY_ATTR { matter.add(hn::Mul(depth, length), one, other, mean); });
                 store(back, samples_[f][front_[f] ^ 1U]);

@@ -108,24 +108,24 @@ class BorderLights {
         aim();
     }
 
-    /// What is told of rays whose light does not change evenly in the part is not to be used.
+    /// What is told of rays whose light does not change evenly in the part is not to be used. Of those that
+    /// ended before it nothing changes any more: their borders are told at the end.
     HWY_INLINE void pass(const PassedPart& part, const Light& light, const SteepRays& rays) {
         const Floats d;
-        auto here = hn::Le(border_, part.to);
+        const auto seen = hn::Gt(part.before.left, hn::Zero(d));
+        auto here = hn::And(seen, hn::Le(border_, part.to));
         // Of a part that hides less, little is wrong whatever its colours. At borders of a ray's own points
         // what is left follows from a parabola nearly enough, however steep.
         const auto steep = told_->mostLeft() != nullptr ? rays.colorful : rays.all;
-        const auto seen = hn::Gt(part.before.left, hn::Zero(d));
-        const auto much = hn::And(hn::And(steep, seen), hn::Gt(part.depth, hn::Set(d, 0.25F)));
+        const auto much = hn::And(steep, hn::Gt(part.depth, hn::Set(d, 0.25F)));
         wrong_ = hn::Or(wrong_, hn::And(here, much));
-        for (; !hn::AllFalse(d, here); here = hn::Le(border_, part.to))
+        for (; !hn::AllFalse(d, here); here = hn::And(seen, hn::Le(border_, part.to)))
             tell(here, lightAt(here, part, light));
     }
     /// The same of a part that changes nothing.
     HWY_INLINE void pass(V to, const Light& light) {
-        const Floats d;
-        for (auto here = hn::Le(border_, to); !hn::AllFalse(d, here); here = hn::Le(border_, to))
-            tell(here, light);
+        const auto here = [&]() HWY_ATTR { return hn::And(light.seen(), hn::Le(border_, to)); };
+        for (auto which = here(); !hn::AllFalse(Floats(), which); which = here()) tell(which, light);
     }
     /// What may be left of each ray if nothing more is seen.
     HWY_INLINE V mostLeft() const { return mostLeft_; }
