@@ -32,6 +32,8 @@ class Communicator {
     virtual int rank() const = 0;
     virtual int size() const = 0;
     bool first() const { return rank() == 0; }
+    /// Whether all ranks are on one machine, so that each reads at once what another has written to a file.
+    virtual bool onOneMachine() const = 0;
 
     /// Gives `outgoing[r]` to rank r; returns what each rank had for this one, in the order of the ranks.
     /// Errors: cancelled, also if another rank was ended.

@@ -24,6 +24,10 @@ class MpiCommunicator final : public Communicator {
     explicit MpiCommunicator(std::function<bool()> cancelled) : cancelled_(std::move(cancelled)) {
         MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
         MPI_Comm_size(MPI_COMM_WORLD, &size_);
+        MPI_Comm here = MPI_COMM_NULL;
+        MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here);
+        MPI_Comm_size(here, &sizeHere_);
+        MPI_Comm_free(&here);
     }
     /// If the job was given up, others may be gone: nothing waits for them.
     ~MpiCommunicator() override {
@@ -36,6 +40,7 @@ class MpiCommunicator final : public Communicator {
 
     int rank() const override { return rank_; }
     int size() const override { return size_; }
+    bool onOneMachine() const override { return sizeHere_ == size_; }
 
     Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) override {
         auto incoming = transfer({outgoing.begin(), outgoing.end()});
@@ -116,7 +121,7 @@ class MpiCommunicator final : public Communicator {
 
     std::function<bool()> cancelled_;
     int rank_ = 0;
-    int size_ = 1;
+    int size_ = 1, sizeHere_ = 1;
     bool whole_ = true;  ///< no transfer was given up
 };
 

@@ -297,13 +297,7 @@ class StepFiles {
         if (!output_.rowsAreRead) file_->leaveRows();
         if (ranks_.first()) file_->hashAhead(output_.cancelled);
         PointOutput points(step_, *file_, ranks_, output_.cancelled);
-        Status tree = success();
-        Status written = success();
-        tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
-        MOTE_RETURN_IF_ERROR(written);
-        MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
-        MOTE_RETURN_IF_ERROR(syncOthers());
-        completeTo(StepArray::previewPoint);
+        MOTE_RETURN_IF_ERROR(ranks_.size() == 1 ? writeAlone(points) : writeTogether(points));
         MOTE_RETURN_IF_ERROR(points.writePreview());
         MOTE_RETURN_IF_ERROR(syncOthers());
         completeTo(static_cast<StepArray>(storage::stepArrays.size()));
@@ -346,6 +340,27 @@ class StepFiles {
             file_->complete(static_cast<StepArray>(i));
     }
 
+    Status writeAlone(PointOutput& points) {
+        Status tree = success();
+        Status written = success();
+        tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
+        MOTE_RETURN_IF_ERROR(written);
+        MOTE_RETURN_IF_ERROR(tree);
+        completeTo(StepArray::previewPoint);
+        return success();
+    }
+
+    /// What stands first in the file is hashed while points are exchanged and written.
+    Status writeTogether(PointOutput& points) {
+        MOTE_RETURN_IF_ERROR(agree(ranks_, writeTree()));
+        MOTE_RETURN_IF_ERROR(syncOthers());
+        completeTo(StepArray::pointPosition);
+        MOTE_RETURN_IF_ERROR(points.run());
+        MOTE_RETURN_IF_ERROR(syncOthers());
+        completeTo(StepArray::previewPoint);
+        return success();
+    }
+
     /// Octree, leaves and volume, which all ranks know: each writes some.
     Status writeTree() {
         const auto& tree = step_.octree;
@@ -372,7 +387,7 @@ class StepFiles {
     /// What the other ranks have written can be read by the first, which hashes it, once they have synced it.
     Status syncOthers() {
         if (ranks_.size() == 1) return success();
-        return agree(ranks_, ranks_.first() ? success() : file_->sync());
+        return agree(ranks_, ranks_.first() || ranks_.onOneMachine() ? success() : file_->sync());
     }
 
     Status hash() { return agree(ranks_, ranks_.first() ? hashWhole() : success()); }
