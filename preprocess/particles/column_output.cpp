@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -239,6 +240,7 @@ class Output {
         if (!file_) take(ArrayFileWriter::open(request_.directory, request_.name, layout, all.front()));
         // Who looks at the plot reads the step; columns are as large again, and mostly for later.
         if (file_) file_->passCache();
+        if (file_ && (!alone() || tbb::this_task_arena::max_concurrency() > 1)) file_->writeTogether();
         if (file_ && alone()) {
             file_->hashAhead([this] { return request_.progress->cancelled(); },
                              [this](auto array, auto at, auto bytes) { return readHeld(array, at, bytes); });

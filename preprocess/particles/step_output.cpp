@@ -294,6 +294,7 @@ class StepFiles {
     Result<StepFile::Places> run() {
         MOTE_RETURN_IF_ERROR(openFile());
         if (!output_.rows.empty()) file_->holdRows(output_.rows);
+        if (ranks_.size() > 1 || tbb::this_task_arena::max_concurrency() > 1) file_->writeTogether();
         if (!output_.rowsAreRead) file_->leaveRows();
         if (ranks_.first()) file_->hashAhead(output_.cancelled);
         PointOutput points(step_, *file_, ranks_, output_.cancelled);

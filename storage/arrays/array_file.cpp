@@ -163,6 +163,7 @@ Result<ArrayFileWriter> ArrayFileWriter::open(const fs::path& directory, const s
 Status ArrayFileWriter::write(std::size_t array, std::uint64_t at, std::span<const std::byte> bytes) const {
     const auto& place = places_[array];
     MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
+    if (together_) bringPages(file_.get(), place.offset + at, bytes.size());
     return writeAt(file_.get(), place.offset + at, bytes, path_, cache_);
 }
 

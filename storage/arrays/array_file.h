@@ -139,6 +139,8 @@ class ArrayFileWriter {
 
     /// Nothing that is written or read from now on is kept in the system's cache.
     void passCache() { cache_ = PageCache::passed; }
+    /// Several threads or processes write at once (bringPages()).
+    void writeTogether() { together_ = true; }
 
     /// From now on arrays are read back for finish(), by a thread of their own, as complete() is called of
     /// them; but for what `held` has of them. `cancelled` is asked from that thread, too.
@@ -164,6 +166,7 @@ class ArrayFileWriter {
     std::vector<ArrayPlace> places_;
     FileDescriptor file_;
     PageCache cache_ = PageCache::kept;
+    bool together_ = false;
     std::unique_ptr<HashPass> pass_;  ///< once hashAhead() was called; ends before the file is closed
 };
 

@@ -41,20 +41,6 @@ ssize_t writeSome(int descriptor, std::uint64_t offset, std::span<const std::byt
 
 constexpr std::size_t leastBrought = std::size_t{1} << 18;
 
-/// Brings the pages of a file in memory alone that are about to be written. Who writes them holds the file's
-/// lock, and would get each page from the system meanwhile; here several do so at once. Whether it goes well
-/// shows when they are written.
-void bringPages(int descriptor, std::uint64_t offset, std::size_t size) {
-    if (size < leastBrought || !isInMemory(descriptor)) return;
-    static const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-    const std::uint64_t begin = offset / page * page, bytes = offset + size - begin;
-    void* const at =
-        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, static_cast<off_t>(begin));
-    if (at == MAP_FAILED) return;
-    ::madvise(at, bytes, MADV_POPULATE_WRITE);
-    ::munmap(at, bytes);
-}
-
 std::filesystem::path folderOf(const std::filesystem::path& path) {
     const auto folder = path.parent_path();
     return folder.empty() ? std::filesystem::path(".") : folder;
@@ -75,6 +61,17 @@ int renameNew(const std::filesystem::path& from, const std::filesystem::path& to
 bool isInMemory(int descriptor) {
     struct statfs status {};
     return ::fstatfs(descriptor, &status) == 0 && status.f_type == TMPFS_MAGIC;
+}
+
+void bringPages(int descriptor, std::uint64_t offset, std::size_t size) {
+    if (size < leastBrought || !isInMemory(descriptor)) return;
+    static const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    const std::uint64_t begin = offset / page * page, bytes = offset + size - begin;
+    void* const at =
+        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, static_cast<off_t>(begin));
+    if (at == MAP_FAILED) return;
+    ::madvise(at, bytes, MADV_POPULATE_WRITE);
+    ::munmap(at, bytes);
 }
 
 bool isPlainName(const std::string& name) {
@@ -154,7 +151,6 @@ std::ptrdiff_t readPast(int descriptor, std::uint64_t offset, std::span<std::byt
 
 Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
                const std::filesystem::path& name, PageCache cache) {
-    bringPages(descriptor, offset, bytes.size());
     while (!bytes.empty()) {
         const ssize_t wrote = writeSome(descriptor, offset, bytes, cache);
         if (wrote < 0 && errno == EINTR) continue;

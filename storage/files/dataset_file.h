@@ -57,6 +57,11 @@ bool isPlainName(const std::string& name);
 /// Whether an open file is in memory alone (tmpfs).
 bool isInMemory(int descriptor);
 
+/// Brings the pages of a file in memory alone that are about to be written, if they are many. Who writes them
+/// holds the file's lock, and would get each page from the system meanwhile; here several do so at once. For
+/// one alone it is more work. Whether it goes well shows when they are written.
+void bringPages(int descriptor, std::uint64_t offset, std::size_t size);
+
 /// Opens it to be read. Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's
 /// place, or a link in a folder's).
 Result<FileDescriptor> openRegular(const PathBeneath& path);

@@ -53,6 +53,7 @@ void expectOnePass(const fs::path& folder, bool ahead, const std::vector<std::si
     auto file = ArrayFileWriter::create(folder, "a", layout);
     ASSERT_TRUE(file.ok()) << file.error().toString();
     file->passCache();
+    if (ahead) file->writeTogether();
     std::atomic<int> asked{0};
     if (ahead) file->hashAhead([&] { return ++asked < 0; });
     std::vector<std::vector<std::byte>> content(lengths.size());
