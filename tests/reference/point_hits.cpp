@@ -54,12 +54,6 @@ bool ofNearest(const Layer& layer) {
     return said.empty() ? points.has_opacity() && points.opacity() >= 0.5 : said == "nearest";
 }
 
-/// docs/PICTURE.md, "Colour by density": the share of the colour map for a t.
-double shareOf(const PointShade& shade, double t) {
-    const double way = std::clamp((t - shade.t.low) / (shade.t.high - shade.t.low), 0.0, 1.0);
-    return shade.colors.low + way * (shade.colors.high - shade.colors.low);
-}
-
 }  // namespace
 
 bool cutAway(const Layer& layer, const glm::dvec3& place) {
@@ -185,6 +179,22 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const auto fraction = [&](std::size_t leaf) {
         return 1.0 - (1.0 - style.pointFraction(scale.ofLeaf(leaves.density[leaf]))) * volume.share(leaf);
     };
+    // docs/PICTURE.md, "Colour by density": the share of the colour map.
+    const auto shareOf = [&](std::size_t leaf) {
+        const auto wayOf = [&](double t) {
+            return std::clamp((t - shade->t.low) / (shade->t.high - shade->t.low), 0.0, 1.0);
+        };
+        double way = wayOf(scale.ofLeaf(leaves.density[leaf]));
+        if (!volume.empty() && way >= 0.5 / 255.0) {
+            const auto node = leaves.node[leaf];
+            const double edge = std::ldexp(2.0, -nodes.level[node]);
+            glm::dvec3 middle(0.0);
+            for (int axis = 0; axis < 3; ++axis)
+                middle[axis] = (placeOf(nodes.morton[node], axis) + 0.5) * edge - 1.0;
+            way = volume.held(middle) * wayOf(volume.t(middle));
+        }
+        return shade->colors.low + way * (shade->colors.high - shade->colors.low);
+    };
     std::size_t leaf = 0;
     forPoints(step, fraction, [&](std::uint64_t point, const glm::dvec3& place) {
         while (point >= leaves.pointBegin[leaf] + leaves.pointCount[leaf]) ++leaf;
@@ -192,7 +202,7 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
         const double weight =
             style.meanWeight > 0.0 ? all / (leaves.pointCount[leaf] * style.meanWeight) : 1.0;
         const auto code = colored ? values->codes.at(point) : render::noValue;
-        const double value = shade                     ? shareOf(*shade, scale.ofLeaf(leaves.density[leaf]))
+        const double value = shade                     ? shareOf(leaf)
                              : code == render::noValue ? none
                                                        : static_cast<double>(code) / render::greatestValue;
         const glm::dvec3 drawn = placeOf_ ? placeOf_(layer, point, place) : place;

@@ -370,9 +370,12 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
         });
     }
     root_ = rootsOf(extinction);
+    held_.assign(count, 0.0);
     for (std::size_t cell = 0; cell < count; ++cell) {
-        double sum = 0.0, moments = 0.0;
+        double sum = 0.0, moments = 0.0, whole = 0.0, held = 0.0;
         around(cell, [&](std::size_t near) {
+            whole += matter[near];
+            held += extinction[near];
             sum += colored[near];
             moments += moment[near];
         });
@@ -380,6 +383,7 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
             t_[cell] = moment[cell] / colored[cell];
         else if (sum > 0.0)
             t_[cell] = moments / sum;
+        if (whole > 0.0) held_[cell] = held / whole;
     }
 }
 

@@ -27,10 +27,14 @@ class VolumeField final : public Volume {
     /// Extinction per unit length of layer space: its cube root is trilinear between the cells' centres; the
     /// nearest value beyond the outermost ones, and nothing where there are no cells.
     double extinction(const glm::dvec3& inLayer) const { return std::pow(between(root_, inLayer), 3.0); }
+    /// Whether there are no cells.
+    bool empty() const { return t_.empty(); }
     /// Scaled log density, trilinear; or the mean of values, as a share of their range.
     double t(const glm::dvec3& inLayer) const { return between(t_, inLayer); }
     /// How much lies in the volume of what the curve gives it of a leaf, 0 to 1.
     double share(std::size_t leaf) const { return shares_.empty() ? 1.0 : shares_[leaf]; }
+    /// How much of the extinction in a cell and the 26 around it lies in the volume, trilinear.
+    double held(const glm::dvec3& inLayer) const { return between(held_, inLayer); }
     /// Linear RGB.
     glm::dvec3 color(double t) const { return transfer_.color(t); }
     VolumeMatter at(const glm::dvec3& inLayer) const override;
@@ -66,7 +70,7 @@ class VolumeField final : public Volume {
     double edge_ = 2.0;  // of a cell, layer units
     int level_ = 0;
     std::array<std::int64_t, 3> first_{}, size_{};  // cells of that level
-    std::vector<double> root_, t_;                  // of each, x fastest
+    std::vector<double> root_, t_, held_;           // of each, x fastest
     std::vector<double> shares_;                    // by leaf
 };
 

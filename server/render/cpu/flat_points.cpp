@@ -265,7 +265,7 @@ bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<
     const double tau = layer.look.tauAt(1.0, false) * layer.look.thinned * weightOfOne_;
     const FullCount full = fullCount(plan, layer.look, tau, colors, format);
     const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
-                            stream ? PreviewBlocks(layer, stream_.of(layer, cells)) : PreviewBlocks(layer),
+                            stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer),
                             mayFill(plan, layer, full) ? full : neverFull);
     parts_.resize(partsFor(pixels) - 1);
     pixels_ = pixels;

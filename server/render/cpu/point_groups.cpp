@@ -9,7 +9,6 @@
 #include "protocol/base/most_recent.h"
 #include "server/render/plan/in_turns.h"
 #include "server/render/plan/long_list.h"
-#include "server/render/plan/point_values.h"
 #include "server/render/plan/tile_lists.h"
 
 namespace mote::render {
@@ -45,10 +44,6 @@ LeafCell cellAround(LeafCell cell, std::uint32_t level) {
     const std::uint32_t up = cellLevel(cell) - level;
     return std::uint64_t{cellX(cell) >> up} | std::uint64_t{cellY(cell) >> up} << 16 |
            std::uint64_t{cellZ(cell) >> up} << 32 | std::uint64_t{level} << 48;
-}
-
-std::optional<PointShade> shadeOf(const PointsPlan& layer) {
-    return layer.colors ? layer.colors->shade : std::nullopt;
 }
 
 /// Where a leaf's points lie in the cell of a group.
@@ -151,9 +146,7 @@ class Grouping {
         : layer_(layer),
           leaves_(layer.step->leaves()),
           cells_(cells),
-          positions_(layer.step->positions(0, 0).data()) {
-        if (const auto shade = shadeOf(layer)) levels_.emplace(*shade, layer.step->logDensity());
-    }
+          positions_(layer.step->positions(0, 0).data()) {}
 
     std::shared_ptr<const PointGroups> make(const std::stop_token& stop) {
         byPart_.fill(
@@ -177,15 +170,16 @@ class Grouping {
             }
         }
         resizeInTurns(groups->points, points + sparePoints);
-        if (levels_) resizeInTurns(groups->levels, points + sparePoints);
+        if (shaded()) resizeInTurns(groups->levels, points + sparePoints);
         forInTurns(std::size_t{0}, boxParts, [&](std::size_t part) {
             copyPoints(made[part], byPart_.of(part), groups->points.data() + begin[part]);
-            if (levels_) copyLevels(byPart_.of(part), groups->levels.data() + begin[part]);
+            if (shaded()) copyLevels(byPart_.of(part), groups->levels.data() + begin[part]);
         });
         return groups;
     }
 
   private:
+    bool shaded() const { return !layer_.selection->levels.empty(); }
     std::size_t endOf(std::size_t chunk) const {
         return std::min(cells_.size(), (chunk + 1) * groupedLeaves);
     }
@@ -206,13 +200,11 @@ class Grouping {
     void visitLeaves(std::size_t chunk, Visit& visit) const {
         for (std::size_t leaf = chunk * groupedLeaves; leaf < endOf(chunk); ++leaf) {
             std::uint64_t begin = leaves_.pointBegin[leaf];
-            if (layer_.selection->drawn[leaf] == 0) continue;
-            const std::uint8_t level = levels_ ? levels_->of(leaves_.density[leaf]) : std::uint8_t{0};
             for (std::uint64_t left = layer_.selection->drawn[leaf]; left > 0;) {
                 const std::uint64_t run = std::min(left, LeafPoints::mostPoints);
                 visit(static_cast<std::size_t>(firstWithin(cells_[leaf]) >>
                                                (3 * (deepestLeafLevel - partLevel))),
-                      LeafPoints::of(cells_[leaf], run, begin, level));
+                      LeafPoints::of(cells_[leaf], run, begin, layer_.selection->levelOf(leaf)));
                 begin += run;
                 left -= run;
             }
@@ -251,7 +243,6 @@ class Grouping {
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
     const storage::PackedPosition* const positions_;
-    std::optional<DensityLevels> levels_;
     TileLists<LeafPoints> byPart_;
 };
 
@@ -273,10 +264,8 @@ std::shared_ptr<const PointGroups> ResidentGroups::of(const PointsPlan& layer,
                                                       std::span<const LeafCell> cells,
                                                       const std::stop_token& stop) {
     constexpr std::size_t kept = 4;
-    const auto shade = shadeOf(layer);
-    const auto* const known = mostRecent(entries_, [&](const Entry& entry) {
-        return entry.selection.lock() == layer.selection && entry.shade == shade;
-    });
+    const auto* const known =
+        mostRecent(entries_, [&](const Entry& entry) { return entry.selection.lock() == layer.selection; });
     if (known != nullptr) return known->groups;
     dropExpired();
     // They are large: the oldest go before the new ones come.
@@ -289,7 +278,7 @@ std::shared_ptr<const PointGroups> ResidentGroups::of(const PointsPlan& layer,
         break;
     }
     auto groups = groupPoints(layer, cells, stop);
-    if (groups != nullptr) entries_.push_front({layer.selection, shade, groups});
+    if (groups != nullptr) entries_.push_front({layer.selection, groups});
     return groups;
 }
 

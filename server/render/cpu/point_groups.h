@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <list>
 #include <memory>
-#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -57,7 +56,6 @@ class ResidentGroups {
   private:
     struct Entry {
         std::weak_ptr<const PointSelection> selection;
-        std::optional<PointShade> shade;
         std::shared_ptr<const PointGroups> groups;
     };
     std::list<Entry> entries_;  // the latest first

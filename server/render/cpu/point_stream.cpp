@@ -4,7 +4,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace mote::render {
 namespace {
@@ -37,7 +36,6 @@ std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,
     if (selection_.lock() == layer.selection) return points_;
     selection_.reset();
     const auto leaves = layer.step->leaves();
-    const LogDensity scale = layer.step->logDensity();
     const auto& drawn = layer.selection->drawn;
     const std::size_t chunks = (cells.size() + streamedLeaves - 1) / streamedLeaves;
     std::vector<std::size_t> begin(chunks + 1, 0);
@@ -50,12 +48,11 @@ std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,
         for (std::size_t i = chunk * streamedLeaves; i < end; ++i) {
             if (drawn[i] == 0) continue;
             const LeafCell cell = cells[i];
-            const auto density =
-                static_cast<std::uint16_t>(std::lround(65535.0 * scale.ofLeaf(leaves.density[i])));
+            const std::uint16_t told = layer.selection->levelOf(i);
             const std::uint32_t level = cellLevel(cell);
             for (const auto& p : layer.step->positions(leaves.pointBegin[i], drawn[i])) {
                 *out++ = {inBox(cellX(cell), p.x, level), inBox(cellY(cell), p.y, level),
-                          inBox(cellZ(cell), p.z, level), density};
+                          inBox(cellZ(cell), p.z, level), told};
             }
         }
     });
@@ -71,8 +68,8 @@ PreviewBlocks::PreviewBlocks(const PointsPlan& layer) : selection_(layer.preview
     levels_ = levelsOf(layer, preview.scale);
 }
 
-PreviewBlocks::PreviewBlocks(const PointsPlan& layer, std::span<const storage::PreviewPoint> points)
-    : points_(points), levels_(levelsOf(layer, layer.step->logDensity())) {}
+PreviewBlocks::PreviewBlocks(std::span<const storage::PreviewPoint> points)
+    : points_(points), levels_{1.0F, 0.0F} {}
 
 PreviewRun PreviewBlocks::block(std::size_t index) const {
     static constexpr PreviewSelection all{.points = 0, .limit = {}};

@@ -27,8 +27,8 @@ class PointStream {
     /// view, and whose box is not too large on the screen.
     static bool serves(const FramePlan& plan, const PointsPlan& layer, const PointMap& map);
 
-    /// The layer's points; kept until another selection is asked for. Uses all threads of the calling arena.
-    /// Throws storage::StorageError.
+    /// The layer's points, with their levels in place of densities; kept until another selection is asked
+    /// for. Uses all threads of the calling arena. Throws storage::StorageError.
     std::span<const storage::PreviewPoint> of(const PointsPlan& layer, std::span<const LeafCell> cells);
 
   private:
@@ -45,8 +45,8 @@ class PreviewBlocks {
 
     /// No blocks where the layer has no preview. Throws storage::StorageError.
     explicit PreviewBlocks(const PointsPlan& layer);
-    /// All of `points`, which are streamed from a layer's leaves.
-    PreviewBlocks(const PointsPlan& layer, std::span<const storage::PreviewPoint> points);
+    /// All of `points`, which are streamed.
+    explicit PreviewBlocks(std::span<const storage::PreviewPoint> points);
     /// None.
     PreviewBlocks() = default;
 

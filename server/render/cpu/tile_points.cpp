@@ -10,7 +10,6 @@
 #include "protocol/base/mote_check.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/plan/long_list.h"
-#include "server/render/plan/point_values.h"
 
 namespace mote::render {
 namespace {
@@ -26,8 +25,6 @@ class LeafTiles {
     LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells,
               std::vector<std::vector<DrawnLeaf>>& found, std::vector<PointRun>& verified)
         : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), found_(found), verified_(verified) {
-        if (layer.colors && layer.colors->shade)
-            levels_.emplace(*layer.colors->shade, layer.step->logDensity());
         found_.resize(chunks());
         verified_.assign(chunks(), {});
     }
@@ -60,10 +57,9 @@ class LeafTiles {
     void forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
         for (const auto& [leaf, box] : found_[chunk]) {
             const std::uint32_t count = layer_.drawn(leaf);
-            const std::uint8_t level = levels_ ? levels_->of(leaves_.density[leaf]) : std::uint8_t{0};
             for (std::uint32_t row = box.top; row < box.bottom; ++row) {
                 for (std::uint32_t column = box.left; column < box.right; ++column) {
-                    visitRuns(std::size_t{row} * columns + column, leaf, count, level, visit);
+                    visitRuns(std::size_t{row} * columns + column, leaf, count, visit);
                 }
             }
         }
@@ -98,14 +94,13 @@ class LeafTiles {
     }
 
     template <class Visit>
-    void visitRuns(std::size_t tile, std::size_t leaf, std::uint32_t count, std::uint8_t level,
-                   Visit& visit) const {
+    void visitRuns(std::size_t tile, std::size_t leaf, std::uint32_t count, Visit& visit) const {
         const auto& weights = layer_.selection->weights;
         const std::uint16_t weight = weights.empty() ? LeafPoints::one : weights[leaf];
         std::uint64_t begin = leaves_.pointBegin[leaf];
         for (std::uint64_t left = count; left > 0;) {
             const std::uint64_t run = std::min(left, LeafPoints::mostPoints);
-            visit(tile, LeafPoints::of(cells_[leaf], run, begin, level, weight));
+            visit(tile, LeafPoints::of(cells_[leaf], run, begin, layer_.selection->levelOf(leaf), weight));
             begin += run;
             left -= run;
         }
@@ -116,7 +111,6 @@ class LeafTiles {
     const std::span<const LeafCell> cells_;
     std::vector<std::vector<DrawnLeaf>>& found_;  // by chunk
     std::vector<PointRun>& verified_;
-    std::optional<DensityLevels> levels_;
 };
 
 /// The groups of a layer that touch tiles, chunk by chunk.
@@ -193,7 +187,7 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
     // Not by what is found: of several processes each has its own part of the points.
     slabs_ = layer.pointsDrawn > 0 && !alone_ ? map_->slabs() : 0;
     const bool stream = !groups_ && PointStream::serves(plan, layer, *map_);
-    const auto blocks = stream ? PreviewBlocks(layer, stream_.of(layer, cells)) : PreviewBlocks(layer);
+    const auto blocks = stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer);
     if (groups_) {
         sortGroups(stop);
     } else {

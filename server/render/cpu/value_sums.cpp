@@ -39,9 +39,9 @@ void least(std::uint64_t& word, std::uint64_t key) {
 struct Chunk {
     std::array<std::uint32_t, summedLeaves> drawn{};
     LeafRun run;
-    const float* density = nullptr;  ///< by leaf
-    std::uint64_t begin = 0;         ///< the first leaf's first point
-    std::uint64_t points = 0;        ///< drawn
+    std::size_t first = 0;     ///< leaf
+    std::uint64_t begin = 0;   ///< the first leaf's first point
+    std::uint64_t points = 0;  ///< drawn
 };
 
 class Summing {
@@ -56,9 +56,7 @@ class Summing {
           count_(count && nearest_ && points.look.size <= 1.0),
           full_(fullOfAnyColor(points.look)),
           sums_{nearest_, {}} {
-        if (const auto& shade = points.colors->shade) {
-            levels_.emplace(*shade, points.step->logDensity());
-        } else {
+        if (!points.colors->shade) {
             codes_ = points.colors->values->codes;
             MOTE_CHECK(codes_.size() == points.step->pointCount());
         }
@@ -132,16 +130,17 @@ class Summing {
                      .points = points_.step->positions(chunk.begin, end - chunk.begin).data(),
                      .end = end_,
                      .leaves = size};
-        chunk.density = leaves_.density.data() + first;
+        chunk.first = first;
         return chunk;
     }
 
     /// Of a chunk's points. `room`: where they are told by leaf.
     const ValueCode* codesOf(const Chunk& chunk, std::vector<ValueCode>& room) const {
-        if (!levels_) return codes_.data() + chunk.begin;
+        if (!points_.colors->shade) return codes_.data() + chunk.begin;
         room.clear();
         for (std::size_t i = 0; i < chunk.run.leaves; ++i)
-            room.insert(room.end(), chunk.run.count[i], DensityLevels::code(levels_->of(chunk.density[i])));
+            room.insert(room.end(), chunk.run.count[i],
+                        DensityLevels::code(points_.selection->levelOf(chunk.first + i)));
         return room.data();
     }
 
@@ -236,8 +235,7 @@ class Summing {
     static constexpr std::uint64_t farBit = std::uint64_t{1} << 63;
 
     const PointsPlan& points_;
-    std::span<const ValueCode> codes_;     // by point; none: they are told by
-    std::optional<DensityLevels> levels_;  // leaf
+    std::span<const ValueCode> codes_;  // by point; none: they are told by leaf
     const bool nearest_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;

@@ -26,7 +26,7 @@ struct MovedCells {
     std::vector<std::uint64_t> morton;
     std::vector<std::uint32_t> count;
     std::vector<std::uint16_t> weights;
-    std::vector<float> density;  ///< of the leaf that they are of
+    std::vector<std::uint8_t> levels;
     std::vector<storage::PackedPosition> positions;
     std::vector<ValueCode> codes;
 };
@@ -55,7 +55,7 @@ class MovedStep final : public storage::ParticleStep {
     storage::OctreeNodes nodes() const override {
         return {cells_.level, cells_.morton, {}, {}, {}, none_, none_};
     }
-    storage::Leaves leaves() const override { return {node_, begin_, cells_.count, cells_.density}; }
+    storage::Leaves leaves() const override { return {node_, begin_, cells_.count, none_}; }
     std::uint64_t pointCount() const override { return cells_.positions.size(); }
     std::span<const storage::PackedPosition> positions(std::uint64_t begin,
                                                        std::uint64_t count) const override {
@@ -106,7 +106,8 @@ class DrawnLeaves {
         out.level.push_back(level);
         out.morton.push_back(morton);
         out.count.push_back(static_cast<std::uint32_t>(count));
-        out.density.push_back(walk_.leaves().density[leaf]);
+        if (selection_ != nullptr && !selection_->levels.empty())
+            out.levels.push_back(selection_->levels[leaf]);
         if (selection_ != nullptr && !selection_->weights.empty())
             out.weights.push_back(selection_->weights[leaf]);
     }
@@ -221,7 +222,7 @@ MovedCells joinedCells(std::vector<MovedCells> parts) {
         appendTo(all.morton, part.morton);
         appendTo(all.count, part.count);
         appendTo(all.weights, part.weights);
-        appendTo(all.density, part.density);
+        appendTo(all.levels, part.levels);
         appendTo(all.positions, part.positions);
         appendTo(all.codes, part.codes);
         giveWay();
@@ -244,6 +245,7 @@ MovedPoints taken(const Taker& taker, const storage::ParticleStep& step, const P
     moved->drawn = cells.count;
     moved->points = cells.positions.size();
     moved->weights = std::move(cells.weights);
+    moved->levels = std::move(cells.levels);
     if (selection != nullptr) moved->weight = selection->weight;
     MovedPoints out;
     if (values != nullptr) {

@@ -17,10 +17,11 @@ namespace mote::render {
 
 struct MovedPoints {
     /// Only they. It is what devices draw, and no more: no octree, its nodes being the cells of its leaves,
-    /// which may lie in each other; in no order of densities, which are those of the leaves they were in.
+    /// which may lie in each other; without densities.
     std::shared_ptr<const storage::ParticleStep> step;
-    std::shared_ptr<const PointSelection> selection;  ///< all of them, weighing what they did
-    std::shared_ptr<const PointValues> values;        ///< null: they had none
+    std::shared_ptr<const PointSelection>
+        selection;                              ///< all of them, weighing what they did, with their levels
+    std::shared_ptr<const PointValues> values;  ///< null: they had none
 };
 
 /// `step`: the one that the ways begin at, or points chosen of it. `selection`: null: all points. `values`:

@@ -173,6 +173,30 @@ void weigh(const storage::ParticleStep& step, const PointChoice& choice, PointSe
     });
 }
 
+/// docs/PICTURE.md, "Colour by density".
+void tellLevels(const storage::ParticleStep& step, const PointChoice& choice, PointSelection& selection) {
+    const auto leaves = step.leaves();
+    const auto nodes = step.nodes();
+    const DensityLevels levels(*choice.shade, step.logDensity());
+    const StepVolume* const volume = choice.volume.get();
+    const bool smooth = volume != nullptr && !volume->empty();
+    selection.levels.resize(selection.drawn.size());
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, selection.levels.size(), blockLeaves), [&](const auto& block) {
+            for (std::size_t i = block.begin(); i < block.end(); ++i) {
+                if (selection.drawn[i] == 0) continue;
+                std::uint8_t& level = selection.levels[i];
+                level = levels.of(leaves.density[i]);
+                if (level == 0 || !smooth) continue;
+                const std::size_t node = leaves.node[i];
+                const double edge = std::ldexp(1.0, -nodes.level[node]);
+                const glm::dvec3 middle = edge * (glm::dvec3(cellPlace(nodes.morton[node])) + 0.5);
+                const auto tone = volume->toneAt(middle);
+                level = DensityLevels::at(*choice.shade, tone.t, tone.held);
+            }
+        });
+}
+
 }  // namespace
 
 StepWeight stepWeight(const storage::ParticleStep& step, double meanWeight) {
@@ -228,6 +252,7 @@ PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice
         tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, selection.drawn.size(), blockLeaves),
                              std::uint64_t{0}, select, std::plus<>());
     if (choice.meanWeight > 0.0) weigh(step, choice, selection);
+    if (choice.shade) tellLevels(step, choice, selection);
     return selection;
 }
 

@@ -8,10 +8,12 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "protocol/scene/curve.h"
 #include "server/render/plan/frustum.h"
+#include "server/render/plan/point_values.h"
 #include "server/render/plan/step_volume.h"
 #include "server/render/plan/thinning.h"
 #include "storage/particles/particle_step.h"
@@ -27,7 +29,10 @@ struct PointSelection {
     /// float. Empty: all weigh `weight`.
     std::vector<std::uint16_t> weights = {};
     float weight = 1.0F;
+    /// By leaf that draws any, if points are coloured by density: the level of its points (DensityLevels).
+    std::vector<std::uint8_t> levels = {};
 
+    std::uint8_t levelOf(std::size_t leaf) const { return levels.empty() ? std::uint8_t{0} : levels[leaf]; }
     /// Of a leaf's points.
     float weightOf(std::size_t leaf) const {
         return weights.empty() ? weight : std::bit_cast<float>(std::uint32_t{weights[leaf]} << 16);
@@ -40,8 +45,9 @@ struct PointChoice {
     double share = 1.0;                     ///< of these that is drawn
     /// The layer's volume: what of a leaf it does not hold is points as well. Null: it holds all.
     std::shared_ptr<const StepVolume> volume = {};
-    double meanWeight = 0.0;  ///< of the plot's particles; 0: they all count alike
-    Thinning thinning = {};   ///< of points of different weights
+    double meanWeight = 0.0;               ///< of the plot's particles; 0: they all count alike
+    Thinning thinning = {};                ///< of points of different weights
+    std::optional<PointShade> shade = {};  ///< by which they are coloured
 
     bool operator==(const PointChoice&) const = default;
     /// Whether leaves have points whatever their density.

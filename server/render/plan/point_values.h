@@ -65,6 +65,11 @@ class DensityLevels {
         return static_cast<std::uint8_t>(std::upper_bound(from_.begin(), from_.end(), density) -
                                          from_.begin());
     }
+    /// So much of that of a t, 0 to 1.
+    static std::uint8_t at(const PointShade& shade, double t, double much) {
+        const double level = std::clamp((t - shade.t.low) * levelsOf(shade), 0.0, double{last});
+        return static_cast<std::uint8_t>(std::clamp(much, 0.0, 1.0) * level + 0.5);
+    }
     /// Levels to a t.
     static double levelsOf(const PointShade& shade) { return last / (shade.t.high - shade.t.low); }
     /// As the value of a point is told that is coloured by a column.

@@ -70,7 +70,9 @@ struct PointsPlan {
     std::optional<PointColors> colors = {};  ///< in place of the look's, where a pixel has a value
     bool waits = false;  ///< the share is less than was asked for until what is needed is in memory
 
-    PointChoice choice() const { return {fraction, share, volume, meanWeight, thinning}; }
+    PointChoice choice() const {
+        return {fraction, share, volume, meanWeight, thinning, colors ? colors->shade : std::nullopt};
+    }
     /// Whether all points of the picture hide alike, wherever they are.
     bool alike(bool perspective) const {
         return look.light == 0.0 || (!perspective && selection->weights.empty());

@@ -235,7 +235,11 @@ class Summation {
             if (colored_[at] > 0.0) volume.t[at] = static_cast<float>(moment_[at] / colored_[at]);
         });
         spreadColors(volume);
-        if (!volume.share.empty()) takeShares(volume);
+        if (!volume.share.empty()) {
+            const std::vector<double> all = extinction_;
+            takeShares(volume);
+            tellHeld(all, volume);
+        }
         volume.root = rootsOf(extinction_, volume.size);
         return volume;
     }
@@ -250,6 +254,19 @@ class Summation {
                 moment += moment_[near];
             });
             if (sum > 0.0) volume.t[at] = static_cast<float>(moment / sum);
+        });
+    }
+
+    /// `all`: what extinction was before shares were taken.
+    void tellHeld(const std::vector<double>& all, StepVolume& volume) const {
+        volume.held.assign(all.size(), 0.0F);
+        grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
+            double sum = 0.0, held = 0.0;
+            grid_.forAround(cell, [&](std::size_t near) {
+                sum += all[near];
+                held += extinction_[near];
+            });
+            if (sum > 0.0) volume.held[at] = static_cast<float>(held / sum);
         });
     }
 
@@ -308,8 +325,30 @@ glm::dmat4 StepVolume::toPlot() const {
     return glm::scale(glm::translate(glm::dmat4(1.0), edge * glm::dvec3(first)), edge * glm::dvec3(size));
 }
 
+StepVolume::PointTone StepVolume::toneAt(const glm::dvec3& inPlot) const {
+    const glm::dvec3 inCells = std::ldexp(1.0, static_cast<int>(level)) * inPlot - glm::dvec3(first);
+    const glm::dvec3 last = glm::dvec3(size) - 1.0;
+    const glm::dvec3 place = glm::clamp(inCells - 0.5, glm::dvec3(0.0), last);
+    const glm::uvec3 low(place), high = glm::min(low + 1U, size - 1U);
+    const glm::dvec3 far = place - glm::dvec3(low);
+    PointTone tone{0.0, 0.0};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        glm::uvec3 cell = low;
+        double part = 1.0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool beyond = (corner >> axis & 1U) != 0;
+            part *= beyond ? far[axis] : 1.0 - far[axis];
+            if (beyond) cell[axis] = high[axis];
+        }
+        const std::size_t at = index(cell.x, cell.y, cell.z);
+        tone.held += part * (held.empty() ? 1.0 : double{held[at]});
+        tone.t += part * double{t[at]};
+    }
+    return tone;
+}
+
 std::uint64_t StepVolume::bytes() const {
-    return sizeof(float) * (root.capacity() + t.capacity()) + share.capacity();
+    return sizeof(float) * (root.capacity() + t.capacity() + held.capacity()) + share.capacity();
 }
 
 StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer,

@@ -31,6 +31,8 @@ struct StepVolume {
     std::vector<float> root = {};
     /// Gives a cell its colour, 0 to 1: scaled log density, or a share of a range.
     std::vector<float> t = {};
+    /// How much of the extinction in a cell and the 26 around it lies in the volume. Empty: all.
+    std::vector<float> held = {};
     /// By leaf, in 255ths: how much of what the transfer function shows of it lies in the volume, what is
     /// left being points, as it is too thin for the cells. Empty: all of all leaves.
     std::vector<std::uint8_t> share = {};
@@ -41,6 +43,12 @@ struct StepVolume {
     }
     /// Its box [0, 1]^3 to the plot's.
     glm::dmat4 toPlot() const;
+    /// How far points in a place of the plot's box [0, 1]^3 have the volume's t, and this: interpolated
+    /// between the cells' centres. Not where it is empty.
+    struct PointTone {
+        double held = 1.0, t = 0.0;
+    };
+    PointTone toneAt(const glm::dvec3& inPlot) const;
     /// Of what a leaf has, 0 to 1.
     double shareOf(std::size_t leaf) const { return share.empty() ? 1.0 : share[leaf] / 255.0; }
     std::uint64_t bytes() const;

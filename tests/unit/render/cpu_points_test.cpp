@@ -338,6 +338,13 @@ TEST_P(CpuPointsTest, AStreamShowsThePointsOfTheLeaves) {
 
 constexpr PointShade shade{{0.3, 1.2}, {0.75, 1.0}};
 
+/// Colours a layer's points by density.
+void shadePoints(PointsPlan& layer, const PointShade& by) {
+    layer.colors = PointColors{.values = nullptr, .shade = by};
+    if (layer.preview != nullptr) return;
+    layer.selection = std::make_shared<const PointSelection>(selectPoints(*layer.step, layer.choice()));
+}
+
 /// What the levels of a plan's points add up to, discs of a size or points of a pixel.
 std::vector<PixelShade> plainShades(const FramePlan& plan, double size) {
     std::vector<PixelShade> sums(std::size_t{plan.width} * plan.height);
@@ -370,7 +377,7 @@ TEST_P(CpuPointsTest, CellsTellTheLevelsOfDensities) {
         SelectionCache selections;
         const auto expect = [&](FramePlan plan, const FramePlan& plain, From from, double more,
                                 const char* what) {
-            plan.points[0].colors = PointColors{.values = nullptr, .shade = shade};
+            shadePoints(plan.points[0], shade);
             const auto shades = gather(plan, from).shades;
             const auto expected = plainShades(plain, size);
             ASSERT_EQ(shades.size(), expected.size());
@@ -400,7 +407,7 @@ TEST_P(CpuPointsTest, CellsTellTheLevelsOfDensities) {
         // Up to a block more than the share.
         expect(preview, makeFramePlan(whole, quality, selections, {}), From::leaves, 0.6, "preview");
         auto previewColors = preview;
-        previewColors.points[0].colors = PointColors{.values = nullptr, .shade = shade};
+        shadePoints(previewColors.points[0], shade);
         const auto shades = gather(previewColors).shades;
         const auto levels = std::accumulate(
             shades.begin(), shades.end(), PixelShade{0.0F, 0.0F}, [](PixelShade sum, const PixelShade& each) {
@@ -570,7 +577,7 @@ TEST(PointGroups, AreMadeOnceForASelection) {
     EXPECT_TRUE(kept.expired());
 }
 
-TEST(PointGroups, AreMadeAnewForOtherColors) {
+TEST(PointGroups, TellLevels) {
     auto plan = makeFramePlan(scene(cameras[0]), Quality::exact());
     LeafCells cells;
     ResidentGroups groups;
@@ -578,12 +585,13 @@ TEST(PointGroups, AreMadeAnewForOtherColors) {
     const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
     const auto plain = groups.of(layer, span, {});
     EXPECT_TRUE(plain->levels.empty());
-    layer.colors = PointColors{.values = nullptr, .shade = shade};
+    shadePoints(layer, shade);
     const auto shaded = groups.of(layer, span, {});
     EXPECT_EQ(shaded->levels.size(), shaded->points.size());
-    layer.colors->shade->t.high = 0.9;
-    EXPECT_NE(groups.of(layer, span, {}), shaded);
-    layer.colors->shade->t.high = shade.t.high;
+    EXPECT_GT(*std::max_element(shaded->levels.begin(), shaded->levels.end()), 100);
+    auto other = layer;
+    shadePoints(other, {{0.3, 3.0}, shade.colors});
+    EXPECT_NE(groups.of(other, span, {})->levels, shaded->levels);
     EXPECT_EQ(groups.of(layer, span, {}), shaded);
 }
 
