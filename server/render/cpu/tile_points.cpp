@@ -168,6 +168,7 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
     MOTE_CHECK(layer.step->pointCount() <= std::uint64_t{1} << LeafPoints::levelShift);
     colors_ = colors;
     shaded_ = shadesCells(plan, layer);
+    MOTE_CHECK(!shaded_ || layer.selection->points == 0 || !layer.selection->levels.empty());
     groups_ = std::move(groups);
     columns_ = tilesAcross(plan.width);
     tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
