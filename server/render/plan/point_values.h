@@ -68,6 +68,7 @@ class DensityLevels {
     /// So much of that of a t, 0 to 1.
     static std::uint8_t at(const PointShade& shade, double t, double much) {
         const double level = std::clamp((t - shade.t.low) * levelsOf(shade), 0.0, double{last});
+        // Not negative: NOLINTNEXTLINE(bugprone-incorrect-roundings)
         return static_cast<std::uint8_t>(std::clamp(much, 0.0, 1.0) * level + 0.5);
     }
     /// Levels to a t.

@@ -57,6 +57,7 @@ struct FramePointLook {
     static constexpr unsigned shadesOfLevel = 8;
     const glm::vec3& colorOf(const PixelShade& shade) const {
         const float mean = shade.level / shade.weight;
+        // Not negative: NOLINTNEXTLINE(bugprone-incorrect-roundings)
         return shades[static_cast<std::size_t>(mean * shadesOfLevel + 0.5F)];
     }
 };
