@@ -57,6 +57,12 @@ HWY_INLINE Int pixelIndex(Int x, Int y) {
     return hn::Add(hn::ShiftLeft<4>(packet), inside);
 }
 
+/// Adds both numbers of a pair at once.
+HWY_INLINE void addPair(float* sums, const float* more) {
+    const hn::CappedTag<float, 2> two;
+    hn::StoreU(hn::Add(hn::LoadU(two, sums), hn::LoadU(two, more)), two, sums);
+}
+
 /// What a tile's points are added to.
 struct CellSums {
     PointCell* cells;
@@ -69,9 +75,7 @@ struct CellSums {
     }
     /// The same of both numbers at once.
     HWY_INLINE void add(std::uint32_t cell, const PointCell& more) const {
-        const hn::CappedTag<float, 2> two;
-        float* const sums = &cells[cell].weight;
-        hn::StoreU(hn::Add(hn::LoadU(two, sums), hn::LoadU(two, &more.weight)), two, sums);
+        addPair(&cells[cell].weight, &more.weight);
         touched[cell / Tile::packetPixels] = 1;
     }
 };
@@ -83,9 +87,7 @@ struct ShadeSums {
     /// `cell`: of any slab.
     HWY_INLINE void add(std::uint32_t cell, const PixelShade& more) const {
         static_assert(sizeof(PixelShade) == 2 * sizeof(float));
-        const hn::CappedTag<float, 2> two;
-        float* const sums = &shades[cell % Tile::pixels].weight;
-        hn::StoreU(hn::Add(hn::LoadU(two, sums), hn::LoadU(two, &more.weight)), two, sums);
+        addPair(&shades[cell % Tile::pixels].weight, &more.weight);
     }
 };
 

@@ -22,7 +22,7 @@ namespace mote::render {
 struct PointGroups {
     std::vector<LeafPoints> groups;    ///< cells of the octree, with their points; by parts of the box
     std::vector<GroupedPoint> points;  ///< by group, and sparePoints more
-    /// By point, as many: the level of its leaf's density (DensityLevels), if points are coloured by it.
+    /// By point, as many: its level (DensityLevels), if points are coloured by density.
     std::vector<std::uint8_t> levels;
 
     std::uint64_t bytes() const {

@@ -63,7 +63,7 @@ void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, fl
 /// A run of points of one leaf, or of one group.
 struct LeafPoints {
     LeafCell cell;  ///< bits from `countShift` hold the number of points
-    /// Its first point; bits from `levelShift` hold the level of its density (DensityLevels), those from
+    /// Its first point; bits from `levelShift` hold the level of its points (DensityLevels), those from
     /// `weightShift` the upper half of what each point weighs.
     std::uint64_t weighted;
 
@@ -105,7 +105,7 @@ void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t co
 struct ScreenPoint {
     float x, y;          ///< pixels
     float slab;          ///< from the layer's first on, 0 to PointMap::slabs
-    float level = 0.0F;  ///< of its leaf's density (DensityLevels), of a preview's
+    float level = 0.0F;  ///< DensityLevels; of points of a preview or a stream
 };
 
 /// countDiscs of points on the screen.
@@ -149,8 +149,8 @@ std::uint64_t countPreview(const PointMap& map, const PreviewRun& run, std::uint
 std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out);
 
 /// A point of no more than a pixel, packed: its cell in its tile, slab * Tile::pixels + Tile::pixelIndex, how
-/// deep in the slab, in 2^-placeBits, and its level (ScreenPoint), in as many bits. Slabs from the layer's
-/// first on.
+/// deep in the slab, in 2^-placeBits, and its level (ScreenPoint), in the last levelBits. Slabs from the
+/// layer's first on.
 using TilePoint = std::uint32_t;
 inline constexpr unsigned placeBits = 4, levelBits = 8;
 static_assert(mostSlabs * Tile::pixels <= std::uint32_t{1} << (32 - placeBits - levelBits));
