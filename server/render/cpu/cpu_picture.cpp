@@ -112,12 +112,16 @@ bool CpuPicture::drawTiles(const std::stop_token& pause) {
     const std::size_t least = (plan_.surfaces.empty() ? tilesOfATurn : tilesOfSurfaces) *
                               static_cast<std::size_t>(parts_.arena.max_concurrency());
     std::atomic<std::size_t> drawn{0};
-    oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan_.height), [&](std::uint32_t number) {
-        if (done_[number] != 0 || (pause.stop_requested() && drawn >= least)) return;
-        drawTile(frame, {number % columns, number / columns});
-        done_[number] = 1;
-        ++drawn;
-    });
+    // Tile by tile: one may take a hundred times as long as another, and no thread shall wait for the last.
+    oneapi::tbb::parallel_for(
+        0U, columns * tilesAcross(plan_.height),
+        [&](std::uint32_t number) {
+            if (done_[number] != 0 || (pause.stop_requested() && drawn >= least)) return;
+            drawTile(frame, {number % columns, number / columns});
+            done_[number] = 1;
+            ++drawn;
+        },
+        oneapi::tbb::simple_partitioner());
     left_ -= drawn;
     return left_ == 0;
 }
