@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "server/render/cpu/point_places-inl.h"
 
@@ -29,7 +30,7 @@ void leafTilesOf(const PointMap& map, const LeafCell* cells, std::size_t count, 
     LeafPlaces places;
     for (std::size_t begin = 0; begin < count; begin += LeafPlaces::block) {
         const std::size_t size = std::min(LeafPlaces::block, count - begin);
-        placeLeaves<perspective>(map, cells + begin, size, places);
+        placeLeaves<perspective, false, false>(map, cells + begin, size, places);
         for (std::size_t i = 0; i < size; ++i) {
             boxes[begin + i] = {};
             if (places.outside(map, i, margin)) continue;
@@ -48,19 +49,25 @@ void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, fl
     }
 }
 
-/// Tile::pixelIndex of places within a tile.
+/// Tile::pixelIndex of places within a tile: two bits of each tell the pixel in its packet, three the packet.
 HWY_INLINE Int pixelIndex(Int x, Int y) {
-    const Int packetX = hn::ShiftRight<2>(x), packetY = hn::ShiftRight<2>(y);
-    const Int three = hn::Set(ints, 3);
-    const Int packet = hn::Add(hn::ShiftLeft<3>(packetY), packetX);
-    const Int inside = hn::Add(hn::ShiftLeft<2>(hn::And(y, three)), hn::And(x, three));
-    return hn::Add(hn::ShiftLeft<4>(packet), inside);
+    static_assert(Tile::edge == 32 && Tile::packetEdge == 4);
+    const auto bits = [](Int from, std::int32_t mask) { return hn::And(from, hn::Set(ints, mask)); };
+    const Int column = hn::Or(bits(x, 3), bits(hn::ShiftLeft<2>(x), 7 << 4));
+    const Int row = hn::Or(bits(hn::ShiftLeft<2>(y), 3 << 2), bits(hn::ShiftLeft<5>(y), 7 << 7));
+    return hn::Or(column, row);
 }
 
-/// Adds both numbers of a pair at once.
-HWY_INLINE void addPair(float* sums, const float* more) {
-    const hn::CappedTag<float, 2> two;
-    hn::StoreU(hn::Add(hn::LoadU(two, sums), hn::LoadU(two, more)), two, sums);
+/// The two sums of a PointCell or a PixelShade, to which is added at once.
+using PairOfFloats = hn::CappedTag<float, 2>;
+constexpr PairOfFloats pairs;
+using Pair = hn::VFromD<PairOfFloats>;
+
+HWY_INLINE Pair pairOf(float one, float other) {
+    return hn::InterleaveLower(pairs, hn::Set(pairs, one), hn::Set(pairs, other));
+}
+HWY_INLINE void addPair(float* sums, Pair more) {
+    hn::StoreU(hn::Add(hn::LoadU(pairs, sums), more), pairs, sums);
 }
 
 /// What a tile's points are added to.
@@ -68,14 +75,9 @@ struct CellSums {
     PointCell* cells;
     std::uint8_t* touched;
 
-    HWY_INLINE void add(std::uint32_t cell, float weight, float depth) const {
-        cells[cell].weight += weight;
-        cells[cell].depth += depth;
-        touched[cell / Tile::packetPixels] = 1;
-    }
-    /// The same of both numbers at once.
-    HWY_INLINE void add(std::uint32_t cell, const PointCell& more) const {
-        addPair(&cells[cell].weight, &more.weight);
+    /// `more`: as PointCell.
+    HWY_INLINE void add(std::uint32_t cell, Pair more) const {
+        addPair(&cells[cell].weight, more);
         touched[cell / Tile::packetPixels] = 1;
     }
 };
@@ -84,11 +86,48 @@ struct CellSums {
 struct ShadeSums {
     PixelShade* shades;
 
-    /// `cell`: of any slab.
-    HWY_INLINE void add(std::uint32_t cell, const PixelShade& more) const {
-        static_assert(sizeof(PixelShade) == 2 * sizeof(float));
-        addPair(&shades[cell % Tile::pixels].weight, &more.weight);
+    /// `cell`: of any slab. `more`: as PixelShade.
+    HWY_INLINE void add(std::uint32_t cell, Pair more) const {
+        addPair(&shades[cell % Tile::pixels].weight, more);
     }
+};
+
+/// Points on their way into cells. Some hundred are added in one loop, in their order: one for each vector
+/// ends after some steps that no processor foretells.
+template <bool shaded>
+class CellHits {
+  public:
+    CellHits(const CellSums& sums, const ShadeSums& shades) : sums_(sums), shades_(shades) {}
+
+    /// Takes the first `count` lanes. `depth`: times weight.
+    HWY_INLINE void take(Int cell, Float depth, Float level, std::size_t count) {
+        hn::StoreU(cell, ints, cells_.data() + size_);
+        hn::StoreU(depth, floats, depths_.data() + size_);
+        if constexpr (shaded) hn::StoreU(level, floats, levels_.data() + size_);
+        size_ += count;
+    }
+    HWY_INLINE bool full() const { return size_ > most; }
+
+    /// Adds what was taken. `weight`: of each.
+    HWY_NOINLINE void add(float weight) {
+        // Copies: a byte that is written might be one of any member.
+        const CellSums sums = sums_;
+        const ShadeSums shades = shades_;
+        for (std::size_t i = 0, size = std::exchange(size_, 0); i < size; ++i) {
+            const auto cell = static_cast<std::uint32_t>(cells_[i]);
+            sums.add(cell, pairOf(weight, depths_[i]));
+            if constexpr (shaded) shades.add(cell, pairOf(1.0F, levels_[i]));
+        }
+    }
+
+  private:
+    static constexpr std::size_t most = 512;
+
+    const CellSums sums_;
+    const ShadeSums shades_;
+    std::size_t size_ = 0;
+    std::array<std::int32_t, most + mostLanes> cells_;
+    std::array<float, most + mostLanes> depths_, levels_;
 };
 
 /// How deep the cells of a level lie, in slabs.
@@ -123,7 +162,8 @@ HWY_INLINE Float levelsOf(const GroupSource& source, const LeafPoints& group, st
 }
 
 /// Places the leaves of a tile a block at a time, in `places`, and calls visit(leaf, its place in the block).
-template <bool perspective, class Source, class Visit>
+/// `told`: as for placeLeaves.
+template <bool perspective, bool told, class Source, class Visit>
 HWY_INLINE void visitLeaves(const PointMap& map, const LeafPoints* leaves, std::size_t count,
                             const Source& source, LeafPlaces& places, Visit visit) {
     constexpr std::size_t ahead = Source::ahead;
@@ -131,7 +171,7 @@ HWY_INLINE void visitLeaves(const PointMap& map, const LeafPoints* leaves, std::
     for (std::size_t begin = 0; begin < count; begin += LeafPlaces::block) {
         const std::size_t size = std::min(LeafPlaces::block, count - begin);
         for (std::size_t i = 0; i < size; ++i) cells[i] = leaves[begin + i].cell;
-        placeLeaves<perspective>(map, cells.data(), size, places);
+        placeLeaves<perspective, true, told>(map, cells.data(), size, places);
         for (std::size_t i = 0; i < size; ++i) {
             if (begin + i + ahead < count) source.prefetch(leaves[begin + i + ahead].begin());
             visit(leaves[begin + i], i);
@@ -151,17 +191,19 @@ class TileGather {
           slabs_(static_cast<float>(map.slabs())),
           sums_{cells.cells(), cells.touched()},
           shades_{cells.shades()},
-          depths_(levelDepths(map)) {}
+          depths_(levelDepths(map)),
+          hits_(sums_, shades_) {}
 
     void add(const LeafPoints* leaves, std::size_t count) {
-        visitLeaves<perspective>(map_, leaves, count, source_, block_,
-                                 [this](const LeafPoints& leaf, std::size_t i) {
-                                     if constexpr (std::is_same_v<Source, LeafSource>) {
-                                         addLeaf(leaf, i);
-                                     } else {
-                                         addGroup(leaf, i);
-                                     }
-                                 });
+        visitLeaves<perspective, std::is_same_v<Source, LeafSource>>(
+            map_, leaves, count, source_, block_, [this](const LeafPoints& leaf, std::size_t i) {
+                if constexpr (std::is_same_v<Source, LeafSource>) {
+                    addLeaf(leaf, i);
+                } else {
+                    addGroup(leaf, i);
+                }
+            });
+        hits_.add(1.0F);  // those of groups, which weigh as much; of leaves none are left
     }
 
   private:
@@ -192,6 +234,7 @@ class TileGather {
             addToFour(leaf, i, left, top, slab, middle - slab);
         } else {
             addEach<false>(leaf, i);
+            hits_.add(leaf.weight());
         }
     }
 
@@ -206,10 +249,10 @@ class TileGather {
             if (count == 0) return;
             const float weight = static_cast<float>(count) * leaf.weight();
             const std::uint32_t pixel = Tile::pixelIndex(column, row);
-            sums_.add(first + pixel, weight, weight * place);
+            sums_.add(first + pixel, pairOf(weight, weight * place));
             if constexpr (shaded) {
                 const auto points = static_cast<float>(count);
-                shades_.add(pixel, {points, points * static_cast<float>(leaf.level())});
+                shades_.add(pixel, pairOf(points, points * static_cast<float>(leaf.level())));
             }
         };
         addTo(x, y, quarters.leftTop);
@@ -227,55 +270,29 @@ class TileGather {
         const Float zero = hn::Zero(floats), edge = hn::Set(floats, static_cast<float>(Tile::edge));
         const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs()) - 1);
         const std::size_t count = leaf.count();
-        const float weight = leaf.weight();
+        const Float weight = hn::Set(floats, leaf.weight());
         for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
             const Places at = source_.load(leaf.begin() + k);
             const Projected pixel = toScreen(at);
             const Float x = hn::Sub(pixel.x, hn::Set(floats, left_)),
                         y = hn::Sub(pixel.y, hn::Set(floats, top_));
             const Float slab = hn::Min(hn::Max(toSlab(at), zero), hn::Set(floats, slabs_));
-            const Int slabIndex = hn::Min(hn::ConvertTo(ints, slab), lastSlab);
-            const Int cell = hn::Add(hn::ShiftLeft<10>(slabIndex),
-                                     pixelIndex(hn::ConvertTo(ints, x), hn::ConvertTo(ints, y)));
-            const Float place = hn::Sub(slab, hn::ConvertTo(floats, slabIndex));
-            std::size_t hits = std::min(count - k, hn::Lanes(floats));
+            const Int slabIndex = hn::Min(truncated(slab), lastSlab);
+            const Int cell = hn::Or(hn::ShiftLeft<10>(slabIndex), pixelIndex(truncated(x), truncated(y)));
+            const Float depth = hn::Mul(weight, hn::Sub(slab, hn::ConvertTo(floats, slabIndex)));
+            const Float level = shaded ? levelsOf(source_, leaf, k) : zero;
             if constexpr (inside) {
-                hn::Store(cell, ints, numbers_.data());
-                storeSums(weight, place);
+                hits_.take(cell, depth, level, std::min(count - k, hn::Lanes(floats)));
             } else {
                 const Mask inX = hn::And(hn::Ge(x, zero), hn::Lt(x, edge));
                 const Mask inY = hn::And(hn::Ge(y, zero), hn::Lt(y, edge));
                 const Mask seen =
                     hn::And(hn::And(inX, inY), hn::And(pixel.seen, hn::FirstN(floats, count - k)));
-                hits = storePacked(ints, cell, hn::RebindMask(ints, seen), numbers_.data());
-                HWY_ALIGN std::array<float, mostLanes> places;
-                storePacked(floats, place, seen, places.data());
-                storeSums(weight, hn::Load(floats, places.data()));
-                if constexpr (shaded) storeShades(leaf, k, seen);
+                hits_.take(hn::Compress(cell, hn::RebindMask(ints, seen)), hn::Compress(depth, seen),
+                           hn::Compress(level, seen), hn::CountTrue(floats, seen));
             }
-            if constexpr (shaded && inside) storeShades(leaf, k);
-            for (std::size_t hit = 0; hit < hits; ++hit) {
-                const auto number = static_cast<std::uint32_t>(numbers_[hit]);
-                sums_.add(number, added_[hit]);
-                if constexpr (shaded) shades_.add(number, shaded_[hit]);
-            }
+            if (HWY_UNLIKELY(hits_.full())) hits_.add(leaf.weight());
         }
-    }
-
-    /// What the points of a vector add to their pixels' shades.
-    HWY_INLINE void storeShades(const LeafPoints& leaf, std::size_t k) {
-        hn::StoreInterleaved2(hn::Set(floats, 1.0F), levelsOf(source_, leaf, k), floats, &shaded_[0].weight);
-    }
-    HWY_INLINE void storeShades(const LeafPoints& leaf, std::size_t k, Mask seen) {
-        HWY_ALIGN std::array<float, mostLanes> levels;
-        storePacked(floats, levelsOf(source_, leaf, k), seen, levels.data());
-        hn::StoreInterleaved2(hn::Set(floats, 1.0F), hn::Load(floats, levels.data()), floats,
-                              &shaded_[0].weight);
-    }
-
-    HWY_INLINE void storeSums(float weight, Float place) {
-        const Float each = hn::Set(floats, weight);
-        hn::StoreInterleaved2(each, hn::Mul(each, place), floats, &added_[0].weight);
     }
 
     const PointMap& map_;
@@ -286,9 +303,7 @@ class TileGather {
     const ShadeSums shades_;
     const std::array<LevelDepth, deepestLeafLevel + 1> depths_;
     LeafPlaces block_;
-    HWY_ALIGN std::array<std::int32_t, mostLanes> numbers_;
-    HWY_ALIGN std::array<PointCell, mostLanes> added_;
-    HWY_ALIGN std::array<PixelShade, mostLanes> shaded_;
+    CellHits<shaded> hits_;
 };
 
 template <bool perspective, class Source>
@@ -423,21 +438,22 @@ void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t co
     const Float farthest = hn::Set(floats, static_cast<float>(map.slabs()));
     LeafPlaces places;
     Discs discs;
-    visitLeaves<perspective>(map, leaves, count, source, places, [&](const LeafPoints& leaf, std::size_t i) {
-        const LeafMap<perspective> toScreen(map, leaf.cell, places, i, Source::scale);
-        const SlabRow toSlab = slabRow(map, leaf.cell, places, i, Source::scale);
-        for (std::size_t k = 0; k < leaf.count(); k += hn::Lanes(floats)) {
-            const Places at = source.load(leaf.begin() + k);
-            const Projected pixel = toScreen(at);
-            const Mask seen = near(pixel, hn::FirstN(floats, leaf.count() - k));
-            if (hn::AllFalse(floats, seen)) continue;
-            const Float slab = hn::Min(hn::Max(toSlab(at), hn::Zero(floats)), farthest);
-            discs.set<true>(pixel.x, pixel.y, slab, seen, disc.reach(), tileDiscs.box());
-            HWY_ALIGN std::array<float, mostLanes> levels;
-            if (tileDiscs.shaded()) storePacked(floats, levelsOf(source, leaf, k), seen, levels.data());
-            tileDiscs.add(discs, leaf.weight(), levels.data());
-        }
-    });
+    visitLeaves<perspective, false>(
+        map, leaves, count, source, places, [&](const LeafPoints& leaf, std::size_t i) {
+            const LeafMap<perspective> toScreen(map, leaf.cell, places, i, Source::scale);
+            const SlabRow toSlab = slabRow(map, leaf.cell, places, i, Source::scale);
+            for (std::size_t k = 0; k < leaf.count(); k += hn::Lanes(floats)) {
+                const Places at = source.load(leaf.begin() + k);
+                const Projected pixel = toScreen(at);
+                const Mask seen = near(pixel, hn::FirstN(floats, leaf.count() - k));
+                if (hn::AllFalse(floats, seen)) continue;
+                const Float slab = hn::Min(hn::Max(toSlab(at), hn::Zero(floats)), farthest);
+                discs.set<true>(pixel.x, pixel.y, slab, seen, disc.reach(), tileDiscs.box());
+                HWY_ALIGN std::array<float, mostLanes> levels;
+                if (tileDiscs.shaded()) storePacked(floats, levelsOf(source, leaf, k), seen, levels.data());
+                tileDiscs.add(discs, leaf.weight(), levels.data());
+            }
+        });
 }
 
 template <class Source>

@@ -84,7 +84,7 @@ HWY_INLINE CellVector loadCells(const LeafCell* cells) {
 }
 
 /// Places a block of leaves, in passes whose steps do not wait for each other.
-template <bool perspective, bool slabs>
+template <bool perspective, bool slabs, bool told>
 class LeafPlacer {
   public:
     HWY_INLINE LeafPlacer(const PointMap& map, LeafPlaces& out) : map_(map), out_(out) {}
@@ -92,6 +92,7 @@ class LeafPlacer {
     HWY_INLINE void place(const LeafCell* cells, std::size_t count) const {
         for (std::size_t i = 0; i < count; i += hn::Lanes(doubles)) placeOrigins(cells + i, i);
         for (std::size_t i = 0; i < count; i += hn::Lanes(numbers)) placeBounds(i);
+        if constexpr (!told) return;
         for (std::size_t i = 0; i < count; i += hn::Lanes(doubles)) {
             tellOrigin(PointMap::rowX, out_.column, out_.across[0], i);
             tellOrigin(PointMap::rowY, out_.row, out_.down[0], i);
@@ -120,7 +121,7 @@ class LeafPlacer {
             cell = mulAdd(at.y, exact(map_.edge[1][row]), cell);
             cell = mulAdd(at.z, exact(map_.edge[2][row]), cell);
             const Double origin = mulAdd(cell, at.edge, exact(map_.corner[row]));
-            hn::Store(origin, doubles, out_.exactOrigin[row].data() + i);
+            if constexpr (told) hn::Store(origin, doubles, out_.exactOrigin[row].data() + i);
             hn::StoreU(hn::DemoteTo(halves, origin), halves, out_.origin[row].data() + i);
         }
     }
@@ -164,6 +165,7 @@ class LeafPlacer {
         store(right, out_.right, i);
         store(top, out_.top, i);
         store(bottom, out_.bottom, i);
+        if constexpr (!told) return;
         tellSteps(PointMap::rowX, hn::Add(firstColumn, last), edge, out_.column, out_.across, i);
         tellSteps(PointMap::rowY, hn::Add(firstRow, last), edge, out_.row, out_.down, i);
     }
@@ -204,8 +206,9 @@ class LeafPlacer {
     LeafPlaces& out_;
 };
 
-/// `slabs`: also how deep they lie, LeafPlaces::origin[PointMap::rowSlab].
-template <bool perspective, bool slabs = true>
+/// `slabs`: also how deep they lie, LeafPlaces::origin[PointMap::rowSlab]. `told`: also what their points are
+/// told from, exactOrigin and from `column` on.
+template <bool perspective, bool slabs = true, bool told = true>
 HWY_INLINE void placeLeaves(const PointMap& map, const LeafCell* cells, std::size_t count, LeafPlaces& out) {
     HWY_ALIGN std::array<LeafCell, LeafPlaces::block> whole;
     if (count < LeafPlaces::block) {
@@ -213,7 +216,7 @@ HWY_INLINE void placeLeaves(const PointMap& map, const LeafCell* cells, std::siz
         std::memcpy(whole.data(), cells, count * sizeof(LeafCell));
         cells = whole.data();
     }
-    LeafPlacer<perspective, slabs>(map, out).place(cells, count);
+    LeafPlacer<perspective, slabs, told>(map, out).place(cells, count);
 }
 
 }  // namespace

@@ -52,6 +52,17 @@ HWY_INLINE std::size_t storePacked(D d, hn::Vec<D> values, hn::Mask<D> chosen, h
 #endif
 }
 
+/// ConvertTo of what an integer holds; of what it does not, anything.
+HWY_INLINE Int truncated(Float values) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+    return Int{_mm512_cvttps_epi32(values.raw)};
+#elif HWY_TARGET == HWY_AVX2
+    return Int{_mm256_cvttps_epi32(values.raw)};
+#else
+    return hn::ConvertTo(ints, values);
+#endif
+}
+
 /// A vector of points, on the screen.
 struct Projected {
     Float x, y;
@@ -156,6 +167,7 @@ struct GroupSource {
         return {place(hn::And(low, last)), place(y), place(hn::ShiftRight<11>(high))};
     }
     HWY_INLINE void prefetch(std::uint64_t begin) const {
+        HWY_UNROLL(8)
         for (std::size_t i = 0; i < 64; i += 8) __builtin_prefetch(points + begin + i);
         if (levels != nullptr) __builtin_prefetch(levels + begin);
     }
