@@ -31,6 +31,12 @@ struct alignas(64) Lanes {
 /// Where the rays of a packet go through the picture, in pixels from its upper left corner.
 using PacketPlaces = std::array<glm::dvec2, Tile::packetPixels>;
 
+/// Between which mean slabs (FrameSection) the rays of a packet are in the box.
+struct RayWays {
+    std::array<double, Tile::packetPixels> enter, leave;
+    double crowded = 0.0;  ///< the most segments to a mean slab
+};
+
 /// The rays of a packet through one layer's volume. A ray's way through the box is told by v from 0, where it
 /// enters, to 1, where it leaves: v = clamp((slab - enter) * rate, 0, 1), and the place in cells is entry + v
 /// * travel. So no rounding leads out of the padded volume. A ray that misses the box is past it everywhere.
@@ -57,8 +63,7 @@ struct PacketRays {
     void enterSection(const FrameSection& section);
 
   private:
-    std::array<double, Tile::packetPixels> enterMean_, leaveMean_;  // mean slabs, see FrameSection
-    double crowded_ = 0.0;                                          // segments to a mean slab
+    RayWays ways_;
 };
 
 /// A bit a slab.
