@@ -154,7 +154,7 @@ struct LeafSource {
 /// Where those of groups are read.
 struct GroupSource {
     static constexpr float scale = 1.0F / 32.0F;
-    static constexpr std::size_t ahead = 2;
+    static constexpr std::size_t ahead = 4;
     const GroupedPoint* points;
     const std::uint8_t* levels = nullptr;  ///< by point, if they are shaded
 
