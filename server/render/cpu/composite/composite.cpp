@@ -153,8 +153,6 @@ void walkNodes(const CompositeFrame& frame, Packet& packet, PacketSights& sights
         sights.clear();
         for (std::size_t i = 0; i * lanes < nodes.size(); ++i) walks[i].run(section, told[i], lattice.end());
     }
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-        if (told[i / lanes].refused(i % lanes)) lattice.refuse(nodes[i]);
 }
 
 /// The pixels of a packet whose fields follow from the lattice.

@@ -64,15 +64,16 @@ class CellWalk {
 
     /// Reads the cell that the rays are in and leaves it, or goes as far in it as to the way `end`. Rays that
     /// are there stay where they are.
-    HWY_INLINE CellPart next(const DensitySource& source, V end) {
+    HWY_INLINE void next(const DensitySource& source, V end, CellPart& part) {
         const V crossX = x_.crossing(), crossY = y_.crossing(), crossZ = z_.crossing();
         const V leave = hn::Max(hn::Min(hn::Min(crossX, crossY), hn::Min(crossZ, end)), way_);
-        const CellPart part{way_, leave, x_.cell, y_.cell, z_.cell, readCells(source, offset_)};
+        part.from = way_, part.to = leave;
+        part.x = x_.cell, part.y = y_.cell, part.z = z_.cell;
+        part.cells = readCells(source, offset_);
         x_.leave(hn::Le(crossX, leave), offset_);
         y_.leave(hn::Le(crossY, leave), offset_);
         z_.leave(hn::Le(crossZ, leave), offset_);
         way_ = leave;
-        return part;
     }
 
   private:
@@ -260,44 +261,103 @@ HWY_INLINE SteepRays takePart(const DensitySource& source, const RayLanes& rays,
 
 /// A part of rays' ways, and what it did to their light.
 struct PassedPart {
-    V from, to;             ///< ways
-    V front, middle, back;  ///< extinction
-    V depth;                ///< optical
-    Light before;           ///< the light at its front
+    Sample front, back;
+    V middle;             ///< extinction there
+    V length;             ///< of a way of 1
+    V depth;              ///< optical
+    Light before, after;  ///< the light at its ends
+};
 
-    /// What of the part's loss and gain lies before a way in it, extinction taken as a parabola and its
-    /// colour as even, for the rays `here`.
-    HWY_INLINE V shareTo(V way, hn::Mask<Floats> here) const {
+/// The light within a part: of little depth the cubic that has the light and its change at both ends
+/// (Hermite); of more what is lost and gained by optical depth, extinction taken as a parabola and the colour
+/// as even.
+class PartLight {
+  public:
+    static constexpr float deep = 0.5F;  ///< optical depth
+
+    HWY_INLINE explicit PartLight(const PassedPart& part) : part_(part) {
         const Floats d;
-        const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
-        const V whole = hn::Max(hn::Sub(to, from), hn::Set(d, 1e-20F));
-        const V s = hn::Min(hn::Max(hn::Div(hn::Sub(way, from), whole), zero), one);
-        const V depthShare = depthTo(s);
-        // (1 - exp(-depth * share)) / (1 - exp(-depth)), of little depth by its series.
-        const V rest = hn::Mul(depthShare, hn::Sub(one, depthShare));
-        const V half = hn::Mul(depth, hn::Set(d, 0.5F));
-        const V thin = hn::MulAdd(rest, half, depthShare);
-        const auto deep = hn::And(here, hn::Gt(depth, hn::Set(d, 0.25F)));
-        if (hn::AllFalse(d, deep)) return thin;
-        const V lost = hn::Sub(one, expMinus(hn::Mul(depth, depthShare)));
-        const V all = hn::Max(hn::Sub(one, expMinus(depth)), hn::Set(d, 0.1F));
-        return hn::IfThenElse(deep, hn::Div(lost, all), thin);
+        const V tiny = hn::Set(d, 1e-20F);
+        const V way = hn::Sub(part.back.way, part.front.way);
+        perWay_ = hn::Div(hn::Set(d, 1.0F), hn::Max(way, tiny));
+        const V rate = hn::Mul(way, part.length);
+        const V first = hn::Mul(hn::Mul(rate, part.front.slope), part.before.left);
+        const V last = hn::Mul(hn::Mul(rate, part.back.slope), part.after.left);
+        left_ = Cubic(part.before.left, part.after.left, hn::Neg(first), hn::Neg(last));
+        const V scale = hn::Set(d, colorScale);
+        const V firstLight = hn::Mul(first, scale), lastLight = hn::Mul(last, scale);
+        const auto gained = [&](V before, V after, V front, V back) HWY_ATTR {
+            return Cubic(before, after, hn::Mul(firstLight, front), hn::Mul(lastLight, back));
+        };
+        red_ = gained(part.before.red, part.after.red, part.front.red, part.back.red);
+        green_ = gained(part.before.green, part.after.green, part.front.green, part.back.green);
+        blue_ = gained(part.before.blue, part.after.blue, part.front.blue, part.back.blue);
+    }
+    /// At a way of the rays `here`.
+    HWY_INLINE Light at(V way, hn::Mask<Floats> here) const {
+        const Floats d;
+        const V s = held(hn::Mul(hn::Sub(way, part_.front.way), perWay_));
+        Light light;
+        light.left = left_.at(s), light.red = red_.at(s), light.green = green_.at(s),
+        light.blue = blue_.at(s);
+        light.left = hn::Min(hn::Max(light.left, part_.after.left), part_.before.left);
+        const auto much = hn::And(here, hn::Gt(part_.depth, hn::Set(d, deep)));
+        if (hn::AllFalse(d, much)) return light;
+        const V share = shareTo(s);
+        const auto either = [&](V before, V after, V cubic) HWY_ATTR {
+            return hn::IfThenElse(much, hn::MulAdd(share, hn::Sub(after, before), before), cubic);
+        };
+        light.left = either(part_.before.left, part_.after.left, light.left);
+        light.red = either(part_.before.red, part_.after.red, light.red);
+        light.green = either(part_.before.green, part_.after.green, light.green);
+        light.blue = either(part_.before.blue, part_.after.blue, light.blue);
+        return light;
     }
 
   private:
+    /// By what it is and its slopes at 0 and at 1.
+    struct Cubic {
+        V c0, c1, c2, c3;
+
+        HWY_INLINE Cubic() = default;
+        HWY_INLINE Cubic(V first, V last, V firstSlope, V lastSlope) : c0(first), c1(firstSlope) {
+            const Floats d;
+            const V change = hn::Sub(last, first), slopes = hn::Add(firstSlope, lastSlope);
+            c3 = hn::MulAdd(change, hn::Set(d, -2.0F), slopes);
+            c2 = hn::Sub(hn::Sub(change, firstSlope), c3);
+        }
+        HWY_INLINE V at(V s) const { return hn::MulAdd(hn::MulAdd(hn::MulAdd(c3, s, c2), s, c1), s, c0); }
+    };
+
+    HWY_INLINE static V held(V share) {
+        const Floats d;
+        return hn::Min(hn::Max(share, hn::Zero(d)), hn::Set(d, 1.0F));
+    }
+    /// What of the loss and gain lies before a share of the way, of deep parts:
+    /// (1 - exp(-depth * share)) / (1 - exp(-depth)), share being that of the depth.
+    HWY_INLINE V shareTo(V s) const {
+        const Floats d;
+        const V one = hn::Set(d, 1.0F);
+        const V lost = hn::Sub(one, expMinus(hn::Mul(part_.depth, depthTo(s))));
+        return hn::Div(lost, hn::Max(hn::Sub(one, expMinus(part_.depth)), hn::Set(d, 0.1F)));
+    }
     /// The share of the optical depth that lies before a share of the way.
     HWY_INLINE V depthTo(V s) const {
         const Floats d;
-        const V four = hn::Mul(middle, hn::Set(d, 4.0F)), three = hn::Set(d, 3.0F);
-        const V total = hn::Add(hn::Add(front, back), four);
+        const V front = part_.front.slope, back = part_.back.slope;
+        const V four = hn::Mul(part_.middle, hn::Set(d, 4.0F)), three = hn::Set(d, 3.0F);
+        const V total = hn::Max(hn::Add(hn::Add(front, back), four), hn::Set(d, 1e-20F));
         const V square = hn::Mul(hn::Sub(hn::Sub(four, back), hn::Mul(three, front)), three);
-        const V cube = hn::Mul(hn::Sub(hn::Add(front, back), hn::Add(middle, middle)), hn::Set(d, 4.0F));
+        const V cube =
+            hn::Mul(hn::Sub(hn::Add(front, back), hn::Add(part_.middle, part_.middle)), hn::Set(d, 4.0F));
         const V sixfold =
             hn::Mul(s, hn::MulAdd(s, hn::MulAdd(s, cube, square), hn::Mul(front, hn::Set(d, 6.0F))));
-        const V share = hn::Div(sixfold, hn::Max(total, hn::Set(d, 1e-20F)));
-        const V possible = hn::Min(hn::Max(share, hn::Zero(d)), hn::Set(d, 1.0F));
-        return hn::IfThenElse(hn::Gt(total, hn::Set(d, 1e-20F)), possible, s);
+        return held(hn::Div(sixfold, total));
     }
+
+    const PassedPart& part_;
+    V perWay_;
+    Cubic left_, red_, green_, blue_;
 };
 
 /// Whether the cells that some rays are in let all light through.
@@ -312,8 +372,7 @@ HWY_INLINE bool nothingIn(const CellReads& cells) {
 struct NoBorders {
     HWY_INLINE V mostLeft() const { return hn::Set(Floats(), Light::least); }
     HWY_INLINE void pass(V, const Light&) const {}
-    HWY_INLINE void pass(const PassedPart&, const Light&, const SteepRays&) const {}
-    HWY_INLINE void end() const {}
+    HWY_INLINE void pass(const PassedPart&, const SteepRays&) const {}
 };
 
 /// Marches from `front` to a way, cell by cell. Of each part that is gathered `borders.pass` is told, with
@@ -325,53 +384,50 @@ HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& pack
     const RayLanes rays(packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
     CellWalk walk(source, rays, packet, lane, front.way);
-    CellPart part = walk.next(source, end);
-    CellPart kept = part;  // the last one that is clear
-    bool clear = nothingIn(part.cells);
-    PartReads reads;  // of one that is not
-    if (!clear) reads = readPart(source, rays, part);
-    part = walk.next(source, end);
-    const auto behindKept = [&]() HWY_ATTR {
-        return sampleOf(PartDensity(rays, kept).read(source, rays, kept.to));
+    // In place, as copies of so many vectors would take as long as what is reckoned.
+    std::array<CellPart, 3> parts;  // the one that is passed, and two of which cells are being read
+    std::array<PartReads, 2> reads;
+    CellPart *part = &parts[0], *nextPart = &parts[1], *spare = &parts[2];
+    PartReads *partReads = &reads[0], *nextReads = &reads[1];
+    walk.next(source, end, *part);
+    bool clear = nothingIn(part->cells);
+    if (!clear) *partReads = readPart(source, rays, *part);
+    walk.next(source, end, *nextPart);
+    const auto behindPart = [&]() HWY_ATTR {
+        return sampleOf(PartDensity(rays, *part).read(source, rays, part->to));
     };
     while (true) {
-        const CellPart nextPart = walk.next(source, end);
-        const bool nextClear = nothingIn(part.cells);
-        PartReads nextReads;
-        if (!nextClear) nextReads = readPart(source, rays, part);
+        walk.next(source, end, *spare);
+        const bool nextClear = nothingIn(nextPart->cells);
+        if (!nextClear) *nextReads = readPart(source, rays, *nextPart);
         bool gone = false;
         if (clear) {
-            front.way = kept.to;
-            borders.pass(kept.to, light);
-            if (!nextClear) front = behindKept();
+            front.way = part->to;
+            borders.pass(part->to, light);
+            if (!nextClear) front = behindPart();
         } else {
-            const Sample back = sampleOf(reads.back);
+            const Sample back = sampleOf(partReads->back);
             const Light before = light;
             V depth = hn::Zero(d);
             const auto steep =
-                takePart(source, rays, front, reads, back, length, light.seen(),
+                takePart(source, rays, front, *partReads, back, length, light.seen(),
                          [&](V piece, const Sample& one, const Sample& other, V mean) HWY_ATTR {
                              const V tau = hn::Mul(piece, length);
                              depth = hn::Add(depth, tau);
                              light.gather(tau, one, other, mean);
                          });
-            const PassedPart passed{front.way,  back.way, front.slope, reads.middle.extinction,
-                                    back.slope, depth,    before};
             // What neighbours meet where a ray itself meets nothing does not end it.
             gone = light.gone(borders.mostLeft(), hn::Gt(depth, hn::Zero(d)));
-            borders.pass(passed, light, steep);
+            borders.pass({front, back, partReads->middle.extinction, length, depth, before, light}, steep);
             front = back;
         }
         if (gone || hn::AllTrue(d, hn::Ge(front.way, end))) break;
         clear = nextClear;
-        if (clear)
-            kept = part;
-        else
-            reads = nextReads;
-        part = nextPart;
+        std::swap(partReads, nextReads);
+        CellPart* const done = part;
+        part = nextPart, nextPart = spare, spare = done;
     }
-    borders.end();
-    return clear ? behindKept() : front;
+    return clear ? behindPart() : front;
 }
 
 /// Marches from `front`, in a slab, to another, by samples at multiples of `segment`. Returns the last one.

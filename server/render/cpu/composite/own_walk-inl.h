@@ -46,8 +46,6 @@ class OwnWalk {
         ToldBorders told(room_.borders.data(), room_.mostLeft.data(), room_.told.data());
         PacketWalk walk(frame_, packet_, lane_, sights_);
         walk.run(frame_.sections[0], told, frame_.slabs);
-        for (std::size_t i = 0; i < rays; ++i)
-            if (count_[i] > 0 && told.refused(i)) return false;
         return addUp(walk.light());
     }
     const Light& light() const { return light_; }
@@ -132,7 +130,7 @@ class OwnWalk {
         const hn::Vec<Ints> counts = hn::Load(Ints(), count_.data());
         Light passed;  // of the field alone, up to the border before
         V through = hn::Set(d, 1.0F);
-        auto wrong = hn::Lt(through, hn::Zero(d));
+        auto right = hn::Gt(through, hn::Zero(d));
         for (std::size_t k = 0; k < most_; ++k) {
             const auto more = hn::Gt(counts, hn::Set(Ints(), static_cast<std::int32_t>(k)));
             const Light here = told(k, hn::RebindMask(d, more), passed);
@@ -147,10 +145,10 @@ class OwnWalk {
             // behind the first of strong ones it matters where it was lost.
             const V lost = hn::Sub(from.left, here.left);
             const V error = hn::Mul(hn::Mul(through, hn::Min(depth, hn::Set(d, 1.0F))), hn::Mul(lost, lost));
-            const auto strong = hn::And(hn::Gt(depth, hn::Set(d, 0.7F)),
-                                        hn::Gt(hn::Mul(through, lost), hn::Set(d, 2.0F * mostWrong)));
-            wrong = hn::Or(wrong,
-                           hn::Or(strong, hn::Gt(error, hn::Mul(from.left, hn::Set(d, 8.0F * mostWrong)))));
+            const auto faint = hn::Or(hn::Le(depth, hn::Set(d, 0.7F)),
+                                      hn::Le(hn::Mul(through, lost), hn::Set(d, 2.0F * mostWrong)));
+            const auto even = hn::Le(error, hn::Mul(from.left, hn::Set(d, 8.0F * mostWrong)));
+            right = hn::And(right, hn::And(faint, even));  // neither of what is no number
             light_.red = hn::MulAdd(through, mixed.red, light_.red);
             light_.green = hn::MulAdd(through, mixed.green, light_.green);
             light_.blue = hn::MulAdd(through, mixed.blue, light_.blue);
@@ -161,7 +159,7 @@ class OwnWalk {
         addFields(hn::IfThenZeroElse(ended, through), passed, end);
         light_.left = hn::Mul(through, end.left);
         light_.gone();
-        return hn::AllFalse(d, wrong);
+        return hn::AllTrue(d, right);
     }
     HWY_INLINE Light told(std::size_t row, hn::Mask<Floats> met, const Light& otherwise) const {
         const Floats d;

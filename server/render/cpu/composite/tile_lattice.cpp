@@ -53,41 +53,43 @@ constexpr std::array<std::array<float, 3>, squareSteps + 1> parabolaWeights{{{1.
                                                                              {-0.125F, 0.75F, 0.375F},
                                                                              {0.0F, 0.0F, 1.0F}}};
 
-/// The slab behind which points hide everything in all pixels of a tile; all slabs where they do not.
-std::uint32_t hiddenFrom(const CompositeFrame& frame, std::span<const TileCells> points) {
+/// The slab behind which points hide everything in all pixels of a packet; all slabs where they do not.
+std::uint32_t hiddenFrom(const CompositeFrame& frame, std::span<const TileCells> points, std::size_t packet) {
     // exp(-10.5) is half of what is left where rays end.
     constexpr float opaque = 10.5F;
+    std::array<Four, Tile::packetPixels / 2> hidden{};
+    for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
+        for (std::size_t l = 0; l < points.size(); ++l) {
+            const std::uint32_t own = slab - points[l].firstSlab();  // wraps where the layer begins later
+            if (own >= points[l].slabs() || (points[l].occupied(own) >> packet & 1U) == 0) continue;
+            const FramePointLook& look = frame.points[l];
+            const double far = static_cast<double>(frame.depths[slab].nearest) + frame.depths[slab].thickness;
+            const Four tau = Four{} + (look.byDepth ? static_cast<float>(look.tau / (far * far)) : look.tau);
+            const PointCell* const cells = points[l].slab(own) + packet * Tile::packetPixels;
+            auto isOpen = Four{} > Four{};
+            for (std::size_t i = 0; i < hidden.size(); ++i) {
+                Four two;  // weight and depth of two cells
+                std::memcpy(&two, cells + 2 * i, sizeof(two));
+                hidden[i] += tau * two;
+                isOpen |= hidden[i] < Four{} + opaque;
+            }
+            if ((isOpen[0] | isOpen[2]) == 0) return slab + 1;
+        }
+    }
+    return frame.slabs;
+}
+
+/// The same of a tile. One packet tells where they do not: the others are not looked at.
+std::uint32_t hiddenFrom(const CompositeFrame& frame, std::span<const TileCells> points) {
     std::uint64_t any = 0;
     for (const auto& layer : points) {
         for (std::uint32_t i = 0; i < layer.slabs(); ++i) any |= layer.occupied(i);
     }
-    std::uint64_t open = ~std::uint64_t{0};
-    if (any != open) return frame.slabs;
-    constexpr std::size_t pairs = Tile::packetPixels / 2;
-    std::array<std::array<Four, pairs>, Tile::packets> hidden{};
-    for (std::uint32_t slab = 0; slab < frame.slabs; ++slab) {
-        const double far = static_cast<double>(frame.depths[slab].nearest) + frame.depths[slab].thickness;
-        for (std::size_t l = 0; l < points.size(); ++l) {
-            const std::uint32_t own = slab - points[l].firstSlab();  // wraps where the layer begins later
-            if (own >= points[l].slabs()) continue;
-            const FramePointLook& look = frame.points[l];
-            const Four tau = Four{} + (look.byDepth ? static_cast<float>(look.tau / (far * far)) : look.tau);
-            for (std::uint64_t left = points[l].occupied(own) & open; left != 0; left &= left - 1) {
-                const auto packet = static_cast<std::size_t>(std::countr_zero(left));
-                const PointCell* const cells = points[l].slab(own) + packet * Tile::packetPixels;
-                auto isOpen = Four{} > Four{};
-                for (std::size_t i = 0; i < pairs; ++i) {
-                    Four two;  // weight and depth of two cells
-                    std::memcpy(&two, cells + 2 * i, sizeof(two));
-                    hidden[packet][i] += tau * two;
-                    isOpen |= hidden[packet][i] < Four{} + opaque;
-                }
-                if ((isOpen[0] | isOpen[2]) == 0) open &= ~(std::uint64_t{1} << packet);
-            }
-        }
-        if (open == 0) return slab + 1;
-    }
-    return frame.slabs;
+    if (any != ~std::uint64_t{0}) return frame.slabs;
+    std::uint32_t end = 0;
+    for (std::size_t packet = 0; packet < Tile::packets && end < frame.slabs; ++packet)
+        end = std::max(end, hiddenFrom(frame, points, packet));
+    return end;
 }
 
 }  // namespace
@@ -111,10 +113,10 @@ struct TileLattice::Following {
 
 TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points)
     : tile_(tile), end_(hiddenFrom(frame, points)), rows_(frame.slabs), step_(frame.smooth) {
-    std::vector<std::uint8_t> occupied(frame.slabs, 0);
+    std::vector<std::uint64_t> occupied(frame.slabs, 0);
     for (const auto& layer : points) {
         for (std::uint32_t i = 0; i < layer.slabs(); ++i)
-            if (layer.occupied(i) != 0) occupied[layer.firstSlab() + i] = 1;
+            occupied[layer.firstSlab() + i] |= layer.occupied(i);
     }
     FieldReach::Slabs reach = frame.reach.of(tile);
     reach.end = std::min(reach.end, end_);
@@ -125,12 +127,12 @@ TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const
         const bool before = slab < reach.first, behind = slab >= reach.end;
         rows_[slab] = addBorder(before ? 0 : behind ? reach.end : slab);
         if (!behind) addBorder(before ? reach.first : slab + 1);
-        if (!before && !behind) occupiedRows_.push_back(rows_[slab]);
+        if (!before && !behind) occupied_.push_back({rows_[slab], occupied[slab]});
     }
     addBorder(frame.slabs);
     rowCount_ = borders_.size();
     borders_.push_back(std::numeric_limits<float>::max());
-    told_ = std::make_unique_for_overwrite<Told[]>(rowCount_ * nodes);
+    told_ = std::make_unique_for_overwrite<Told[]>(borders_.size() * nodes);
     const std::uint32_t edge = squareSteps * step_;
     for (std::uint32_t y = 0; y + edge < across; y += edge) {
         for (std::uint32_t x = 0; x + edge < across; x += edge) squares_.push_back({x, y});
@@ -169,14 +171,13 @@ void TileLattice::wantNodes() {
 }
 
 void TileLattice::judge() {
-    for (const std::uint32_t node : wanted_) thin_[node] = !refused_[node] && thinAt(node);
     std::vector<Square> refused;
     for (const auto& square : squares_) {
-        const std::uint32_t agreed = quadrantsAgreeing(square.x, square.y, step_);
         for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
             const Square part{square.x + quadrant % 2 * 2 * step_, square.y + quadrant / 2 * 2 * step_};
-            if (!thin(part)) continue;
-            if ((agreed >> quadrant & 1U) != 0) {
+            const std::vector<std::uint32_t> rows = rowsOf(part);
+            if (!thin(part, rows)) continue;
+            if (agrees(square, quadrant, rows)) {
                 agree(part);
             } else {
                 refused.push_back(part);
@@ -188,24 +189,34 @@ void TileLattice::judge() {
     wantNodes();
 }
 
-/// Whether so little of a node's light is lost between the borders of slabs with points that it is lost
-/// evenly there.
-bool TileLattice::thinAt(std::uint32_t node) const {
+/// Of the borders before slabs with points in some packet of a part.
+std::vector<std::uint32_t> TileLattice::rowsOf(const Square& part) const {
+    const std::uint32_t side = 2 * step_ / packetSteps;
+    const std::uint32_t first = part.y / packetSteps * packetsAcross + part.x / packetSteps;
+    std::uint64_t packets = 0;
+    for (std::uint32_t j = 0; j < side; ++j)
+        packets |= ((std::uint64_t{1} << side) - 1) << (first + j * packetsAcross);
+    std::vector<std::uint32_t> rows;
+    rows.reserve(occupied_.size());
+    for (const auto& slab : occupied_)
+        if ((slab.packets & packets) != 0) rows.push_back(slab.row);
+    return rows;
+}
+
+/// Whether so little of a node's light is lost in slabs with points that it is lost evenly there.
+bool TileLattice::thinAt(std::uint32_t node, std::span<const std::uint32_t> rows) const {
     const Told* const told = &at(0, node);
     const auto allowed = [](float front) { return mostLost * front + leastLost; };
-    // Light only becomes less: what holds of all of it holds of each part.
-    const float end = told[lastRow()][0];
-    if (told[0][0] - end <= allowed(end)) return true;
-    return std::none_of(occupiedRows_.begin(), occupiedRows_.end(), [&](std::uint32_t row) {
+    return std::all_of(rows.begin(), rows.end(), [&](std::uint32_t row) {
         const float front = told[row][0];
-        return front - told[row + 1][0] > allowed(front);
+        return front - told[row + 1][0] <= allowed(front);
     });
 }
 
-/// Whether all nodes of a part are.
-bool TileLattice::thin(const Square& part) const {
+/// Whether it is so at all nodes of a part.
+bool TileLattice::thin(const Square& part, std::span<const std::uint32_t> rows) const {
     for (std::uint32_t k = 0; k < 9; ++k) {
-        if (!thin_[latticeNode(part.x + k % 3 * step_, part.y + k / 3 * step_)]) return false;
+        if (!thinAt(latticeNode(part.x + k % 3 * step_, part.y + k / 3 * step_), rows)) return false;
     }
     return true;
 }
@@ -229,13 +240,10 @@ TileLattice::Around TileLattice::around(std::uint32_t packet) const {
 }
 
 /// Whether a node is what follows from others, as nearly as is allowed of those twice as far apart as they
-/// are to be.
-bool TileLattice::agrees(std::uint32_t node, const Following& following) const {
-    return following.count == 3 ? agreesBy<3>(node, following) : agreesBy<9>(node, following);
-}
-
+/// are to be: at the end, and at the borders of slabs with points. `rows`: of those before these slabs.
 template <std::size_t count>
-bool TileLattice::agreesBy(std::uint32_t node, const Following& following) const {
+bool TileLattice::agreesBy(std::uint32_t node, const Following& following,
+                           std::span<const std::uint32_t> rows) const {
     const Told& end = at(lastRow(), node);
     Told allowed;
     for (std::size_t i = 0; i < end.size(); ++i)
@@ -248,35 +256,29 @@ bool TileLattice::agreesBy(std::uint32_t node, const Following& following) const
         weights[k] = Four{} + following.weight[k];
     }
     const Told* const own = &at(0, node);
-    constexpr std::size_t together = 8;  // rows, of which all are looked at before any is refused
-    for (std::size_t row = 0; row < rowCount_;) {
-        auto tooFar = Four{} > Four{};
-        for (const std::size_t last = std::min(row + together, rowCount_); row < last; ++row) {
-            Four followed{};
-            for (std::size_t k = 0; k < count; ++k) followed += weights[k] * four(others[k][row]);
-            const Four here = four(own[row]), off = here - followed, most = mayBeOff + slope * here;
-            tooFar |= (off > most) | (-off > most);
-        }
-        if ((tooFar[0] | tooFar[1] | tooFar[2] | tooFar[3]) != 0) return false;
-    }
-    return true;
+    const auto near = [&](std::size_t row) {
+        Four followed{};
+        for (std::size_t k = 0; k < count; ++k) followed += weights[k] * four(others[k][row]);
+        const Four here = four(own[row]), off = here - followed, most = mayBeOff + slope * here;
+        const auto right = (off <= most) & (-off <= most);  // not of what is no number
+        return (right[0] & right[1] & right[2] & right[3]) != 0;
+    };
+    return near(lastRow()) && std::all_of(rows.begin(), rows.end(),
+                                          [&](std::uint32_t row) { return near(row) && near(row + 1); });
 }
 
-/// By quarter of a square of 5 x 5 nodes, a bit each: whether all of its nodes follow from every second one
-/// of the square.
-std::uint32_t TileLattice::quadrantsAgreeing(std::uint32_t x, std::uint32_t y, std::uint32_t step) const {
-    std::uint32_t agreed = 15;
-    for (std::uint32_t k = 0; k < squareNodes; ++k) {
-        const std::uint32_t i = k % (squareSteps + 1), j = k / (squareSteps + 1);
-        std::uint32_t touched = 0;
-        for (std::uint32_t q = 0; q < 4; ++q) {
-            const std::uint32_t left = q % 2 * 2, top = q / 2 * 2;
-            if (i >= left && i <= left + 2 && j >= top && j <= top + 2) touched |= 1U << q;
-        }
-        if ((i % 2 == 0 && j % 2 == 0) || (agreed & touched) == 0) continue;
-        if (!agrees(squareNode(x, y, step, k), Following(x, y, step, i, j))) agreed &= ~touched;
+/// Whether all nodes of a quadrant of a square of 5 x 5 of them follow from every second one of the square.
+bool TileLattice::agrees(const Square& square, std::uint32_t quadrant,
+                         std::span<const std::uint32_t> rows) const {
+    for (std::uint32_t k = 0; k < 9; ++k) {
+        const std::uint32_t i = quadrant % 2 * 2 + k % 3, j = quadrant / 2 * 2 + k / 3;
+        if (i % 2 == 0 && j % 2 == 0) continue;
+        const std::uint32_t node = squareNode(square.x, square.y, step_, j * (squareSteps + 1) + i);
+        const Following following(square.x, square.y, step_, i, j);
+        if (!(following.count == 3 ? agreesBy<3>(node, following, rows) : agreesBy<9>(node, following, rows)))
+            return false;
     }
-    return agreed;
+    return true;
 }
 
 bool TileLattice::blank(std::uint32_t packet) const {

@@ -24,8 +24,8 @@ class TileLattice {
   public:
     static constexpr std::uint32_t apart = 2;  ///< nodes, pixels
     static constexpr std::uint32_t across = Tile::edge / apart + 1, nodes = across * across;
-    /// Of a ray from its front to a border of slabs: what is left of light from behind, and the light
-    /// gathered, linear red, green and blue.
+    /// Of a ray from its front to a border of slabs: what is left of light from behind (NaN: it is not
+    /// known), and the light gathered, linear red, green and blue.
     using Told = std::array<float, 4>;
 
     /// For points of these cells, or none.
@@ -40,12 +40,9 @@ class TileLattice {
     std::span<const std::uint32_t> wanted() const { return wanted_; }
     /// Where up to as many nodes as a packet has pixels are; the last is repeated.
     PacketPlaces places(std::span<const std::uint32_t> some) const;
-    /// `row`: of borders. Those of a node lie one after another.
-    Told& at(std::size_t row, std::uint32_t node) { return told_[node * rowCount_ + row]; }
-    const Told& at(std::size_t row, std::uint32_t node) const { return told_[node * rowCount_ + row]; }
-
-    /// No pixel shall follow from a node.
-    void refuse(std::uint32_t node) { refused_[node] = true; }
+    /// `row`: of borders, or that beyond all. Those of a node lie one after another.
+    Told& at(std::size_t row, std::uint32_t node) { return told_[node * borders_.size() + row]; }
+    const Told& at(std::size_t row, std::uint32_t node) const { return told_[node * borders_.size() + row]; }
 
     /// To be called when all wanted nodes are told: others may be wanted then.
     void judge();
@@ -71,27 +68,31 @@ class TileLattice {
         std::uint32_t x, y;  // its first node
     };
 
+    /// A slab with points in which fields may be.
+    struct OccupiedSlab {
+        std::uint32_t row;      // of the border before it
+        std::uint64_t packets;  // that may have points there, a bit each
+    };
+
     std::uint32_t addBorder(std::uint32_t slab);
     void wantNodes();
-    bool thinAt(std::uint32_t node) const;
-    bool thin(const Square& part) const;
+    std::vector<std::uint32_t> rowsOf(const Square& part) const;
+    bool thin(const Square& part, std::span<const std::uint32_t> rows) const;
+    bool thinAt(std::uint32_t node, std::span<const std::uint32_t> rows) const;
     void agree(const Square& part);
-    std::uint32_t quadrantsAgreeing(std::uint32_t x, std::uint32_t y, std::uint32_t step) const;
-    bool agrees(std::uint32_t node, const Following& following) const;
+    bool agrees(const Square& square, std::uint32_t quadrant, std::span<const std::uint32_t> rows) const;
     template <std::size_t count>
-    bool agreesBy(std::uint32_t node, const Following& following) const;
+    bool agreesBy(std::uint32_t node, const Following& following, std::span<const std::uint32_t> rows) const;
 
     const Tile tile_;
     const std::uint32_t end_;
-    std::vector<float> borders_;  // slabs
-    std::size_t rowCount_;        // of them, without the one beyond all
+    std::vector<float> borders_;  // slabs, and one beyond all
+    std::size_t rowCount_;        // of them, without that
     std::vector<std::uint32_t> wanted_;
-    std::vector<std::uint32_t> rows_;          // by slab
-    std::vector<std::uint32_t> occupiedRows_;  // of the slabs with points
-    std::unique_ptr<Told[]> told_;             // [node][row]
-    std::array<bool, nodes> known_{};          // or wanted
-    std::array<bool, nodes> thin_{};           // of those that were told: see thinAt()
-    std::array<bool, nodes> refused_{};        // likewise
+    std::vector<std::uint32_t> rows_;     // by slab
+    std::vector<OccupiedSlab> occupied_;  // ascending
+    std::unique_ptr<Told[]> told_;        // [node][border]
+    std::array<bool, nodes> known_{};     // or wanted
     // Of this round: nodes so far apart, in these squares of 5 x 5 of them.
     std::uint32_t step_;
     std::vector<Square> squares_;

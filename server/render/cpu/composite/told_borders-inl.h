@@ -10,6 +10,7 @@
 #define MOTE_TOLD_BORDERS_INL_H
 #endif
 
+#include <limits>
 #include <numeric>
 
 #include "server/render/cpu/composite/field_march-inl.h"
@@ -57,19 +58,13 @@ class ToldBorders {
         until.values.fill(slab);
         tellTo(until, light);
     }
-    /// Tells that of some rays at the next border of each; `which`: a bit each.
-    HWY_INLINE void tell(std::uint64_t which, const Light& light) {
+    /// Tells that at the next border of each ray, and that some go on to the one behind it, as `next` has it:
+    /// what is told of the others is told anew. No ray is asked for, as no processor foresees which it is.
+    HWY_INLINE void tell(const Light& light, IntV next) {
         const Vectors vectors(light);
-        for (; which != 0; which &= which - 1) {
-            const std::size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero64(which);
-            rows_[i][next_[i]] = vectors.told[i];
-            next_[i] += step_;
-        }
+        for (std::size_t i = 0; i < rays; ++i) rows_[i][next_[i]] = vectors.told[i];
+        hn::Store(next, Ints(), next_.data());
     }
-
-    /// Rays, a bit each, of which something is told wrongly.
-    void refuse(std::uint64_t which) { refused_ |= which; }
-    bool refused(std::size_t ray) const { return (refused_ >> ray & 1U) != 0; }
 
   private:
     struct Vectors {
@@ -85,7 +80,6 @@ class ToldBorders {
     const float* mostLeft_ = nullptr;
     Rows rows_;
     std::int32_t step_ = 1;
-    std::uint64_t refused_ = 0;
 };
 
 /// The borders between two slabs, for a march that goes from cell to cell (marchCells): the light at those
@@ -98,84 +92,75 @@ class BorderLights {
           rate_(lanes.rate),
           start_(lanes.start),
           to_(hn::Set(Floats(), to)),
-          mostLeft_(hn::Set(Floats(), Light::least)),
-          wrong_(hn::Lt(to_, hn::Zero(Floats()))) {
+          mostLeft_(hn::Set(Floats(), Light::least)) {
         // Before a ray enters nothing changes.
         Lanes until;
         hn::Store(hn::Min(hn::Max(lanes.enter, hn::Set(Floats(), from)), to_), Floats(), until.data());
         told.tellTo(until, light);
         ahead_ = hn::Load(Ints(), told.nextOfEach());
         aim();
+        aimLeft();
     }
 
-    /// What is told of rays whose light does not change evenly in the part is not to be used. Of those that
-    /// ended before it nothing changes any more: their borders are told at the end.
-    HWY_INLINE void pass(const PassedPart& part, const Light& light, const SteepRays& rays) {
+    /// What is left of rays whose light does not change evenly in the part is told as no number (NaN). Of
+    /// those that ended before it nothing changes any more: their borders are told at the end.
+    HWY_INLINE void pass(const PassedPart& part, const SteepRays& rays) {
         const Floats d;
         const auto seen = hn::Gt(part.before.left, hn::Zero(d));
-        auto here = hn::And(seen, hn::Le(border_, part.to));
+        const auto here = [&]() HWY_ATTR { return hn::And(seen, hn::Le(border_, part.back.way)); };
+        auto which = here();
+        if (hn::AllFalse(d, which)) return;
         // Of a part that hides less, little is wrong whatever its colours. At borders of a ray's own points
         // what is left follows from a parabola nearly enough, however steep.
         const auto steep = told_->mostLeft() != nullptr ? rays.colorful : rays.all;
-        const auto much = hn::And(steep, hn::Gt(part.depth, hn::Set(d, 0.25F)));
-        wrong_ = hn::Or(wrong_, hn::And(here, much));
-        for (; !hn::AllFalse(d, here); here = hn::And(seen, hn::Le(border_, part.to)))
-            tell(here, lightAt(here, part, light));
+        const auto wrong = hn::And(steep, hn::Gt(part.depth, hn::Set(d, PartLight::deep)));
+        const PartLight within(part);
+        for (; !hn::AllFalse(d, which); which = here()) {
+            Light at = within.at(border_, which);
+            at.left = hn::IfThenElse(wrong, hn::Set(d, std::numeric_limits<float>::quiet_NaN()), at.left);
+            tell(which, at);
+        }
+        aimLeft();
     }
     /// The same of a part that changes nothing.
     HWY_INLINE void pass(V to, const Light& light) {
         const auto here = [&]() HWY_ATTR { return hn::And(light.seen(), hn::Le(border_, to)); };
-        for (auto which = here(); !hn::AllFalse(Floats(), which); which = here()) tell(which, light);
+        auto which = here();
+        if (hn::AllFalse(Floats(), which)) return;
+        for (; !hn::AllFalse(Floats(), which); which = here()) tell(which, light);
+        aimLeft();
     }
     /// What may be left of each ray if nothing more is seen.
     HWY_INLINE V mostLeft() const { return mostLeft_; }
-    HWY_INLINE void end() {
-        std::uint64_t which = 0;
-        hn::StoreMaskBits(Floats(), wrong_, reinterpret_cast<std::uint8_t*>(&which));
-        told_->refuse(which);
-    }
 
   private:
     HWY_INLINE void tell(hn::Mask<Floats> here, const Light& light) {
-        std::uint64_t which = 0;
-        hn::StoreMaskBits(Floats(), here, reinterpret_cast<std::uint8_t*>(&which));
-        told_->tell(which, light);
         const auto ints = hn::RebindMask(Ints(), here);
         ahead_ = hn::IfThenElse(ints, hn::Add(ahead_, hn::Set(Ints(), told_->step())), ahead_);
+        told_->tell(light, ahead_);
         aim();
-    }
-    HWY_INLINE Light lightAt(hn::Mask<Floats> here, const PassedPart& part, const Light& light) const {
-        const V share = part.shareTo(border_, here);
-        const auto between = [&](V before, V after)
-                                 HWY_ATTR { return hn::MulAdd(share, hn::Sub(after, before), before); };
-        Light at;
-        at.left = between(part.before.left, light.left);
-        at.red = between(part.before.red, light.red);
-        at.green = between(part.before.green, light.green);
-        at.blue = between(part.before.blue, light.blue);
-        return at;
     }
     HWY_INLINE V wayOf(V slab) const {
         const Floats d;
         return hn::Min(hn::Max(hn::MulAdd(slab, rate_, start_), hn::Zero(d)), hn::Set(d, 1.0F));
     }
+    HWY_INLINE V ofNext(const float* numbers) const {
+        const auto* const bytes = reinterpret_cast<const std::uint8_t*>(numbers);
+        return hn::BitCast(Floats(), gatherWord(bytes, hn::ShiftLeft<2>(ahead_)));
+    }
     HWY_INLINE void aim() {
-        const Floats d;
-        const IntV offset = hn::ShiftLeft<2>(ahead_);
-        const auto of = [&](const float* numbers) HWY_ATTR {
-            return hn::BitCast(d, gatherWord(reinterpret_cast<const std::uint8_t*>(numbers), offset));
-        };
-        const V slab = of(told_->borders());
-        if (told_->mostLeft() != nullptr) mostLeft_ = of(told_->mostLeft());
+        const V slab = ofNext(told_->borders());
         // A border at the end is told when all have come there.
-        border_ = hn::IfThenElse(hn::Lt(slab, to_), wayOf(slab), hn::Set(d, 2.0F));
+        border_ = hn::IfThenElse(hn::Lt(slab, to_), wayOf(slab), hn::Set(Floats(), 2.0F));
+    }
+    HWY_INLINE void aimLeft() {
+        if (told_->mostLeft() != nullptr) mostLeft_ = ofNext(told_->mostLeft());
     }
 
     ToldBorders* told_;
     V rate_, start_, to_, mostLeft_;
     IntV ahead_;  // the number of each ray's next border
     V border_;    // its way
-    hn::Mask<Floats> wrong_;
 };
 
 }  // namespace mote::render::HWY_NAMESPACE
