@@ -92,8 +92,8 @@ struct ShadeSums {
     }
 };
 
-/// Points on their way into cells. Some hundred are added in one loop, in their order: one for each vector
-/// ends after some steps that no processor foretells.
+/// Points on their way into cells. Some hundred are added in one loop, in their order: with a loop for each
+/// vector, of as many steps as of it fall into the tile, points take 60% longer.
 template <bool shaded>
 class CellHits {
   public:
@@ -203,7 +203,7 @@ class TileGather {
                     addGroup(leaf, i);
                 }
             });
-        hits_.add(1.0F);  // those of groups, which weigh as much; of leaves none are left
+        if (count > 0) hits_.add(leaves[0].weight());  // groups weigh alike; of leaves none are left
     }
 
   private:
