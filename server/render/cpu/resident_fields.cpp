@@ -75,13 +75,35 @@ std::vector<VisibleField> ResidentFields::of(const FramePlan& plan) {
             visible.push_back(
                 {seen, seen.blocks != nullptr ? &volume : nullptr, static_cast<float>(cells->strength)});
         } else {
-            visible.push_back({.seen = seen_.of(field, *field.grid())});
+            const SeenField seen = seen_.of(field, *field.grid());
+            const std::size_t kept = std::max<std::size_t>(plan.fields.size(), 2);
+            visible.push_back({.seen = seen, .dark = cellByCell(plan) ? dark(field, seen, kept) : nullptr});
         }
     }
     return visible;
 }
 
+std::shared_ptr<const DarkCells> ResidentFields::dark(const FieldPlan& plan, const SeenField& seen,
+                                                      std::size_t kept) {
+    const CorrectedField& samples = *plan.grid();
+    if (seen.blocks == nullptr || !samples.corrected() || samples.mixed()) return nullptr;
+    const auto known = [&](const ResidentDark& one) {
+        const TransferFunction& transfer = one.transfer;
+        return one.key == samples.grid.get() && !one.field.expired() &&
+               transfer.opacity == plan.transfer.opacity && transfer.fade == plan.transfer.fade &&
+               transfer.opacityLength == plan.transfer.opacityLength && transfer.span == plan.transfer.span;
+    };
+    return mostRecent(dark_, kept, known,
+                      [&] {
+                          return ResidentDark{
+                              samples.grid, samples.grid.get(), plan.transfer,
+                              std::make_shared<DarkCells>(*samples.grid, *seen.table, *seen.blocks)};
+                      })
+        .cells;
+}
+
 void ResidentFields::dropExpired() {
+    dark_.remove_if([](const ResidentDark& one) { return one.field.expired(); });
     volumes_.remove_if([](const Resident& one) { return one.grid.expired(); });
     seen_.dropExpired();
 }

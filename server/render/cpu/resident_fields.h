@@ -9,6 +9,7 @@
 #include <list>
 #include <memory>
 
+#include "server/render/cpu/composite/dark_cells.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/seen_fields.h"
@@ -52,7 +53,14 @@ struct VisibleField {
     SeenField seen;
     const PackedVolume* volume = nullptr;  ///< of densities that are somewhere visible
     float strength = 1.0F;                 ///< times its extinction
+    /// Where its bricks are asked cell by cell; null: they are not.
+    std::shared_ptr<const DarkCells> dark = nullptr;
 };
+
+/// Whether rays go from cell to cell, for their kinks: at two samples a cell or more.
+inline bool cellByCell(const FramePlan& plan) {
+    return plan.samplesPerCell >= 2.0;
+}
 
 class ResidentFields {
   public:
@@ -68,9 +76,19 @@ class ResidentFields {
         PackedVolume volume;
     };
 
+    /// Of one field and transfer function.
+    struct ResidentDark {
+        std::weak_ptr<const GridField> field;
+        const GridField* key;
+        TransferFunction transfer;
+        std::shared_ptr<const DarkCells> cells;
+    };
     const PackedVolume& resident(const std::shared_ptr<const StepVolume>& grid);
+    /// `kept`: how many to keep, of the latest; they are an eighth of what the bricks are.
+    std::shared_ptr<const DarkCells> dark(const FieldPlan& plan, const SeenField& seen, std::size_t kept);
 
     std::list<Resident> volumes_;
+    std::list<ResidentDark> dark_;  // used last first
     SeenFields seen_;
 };
 

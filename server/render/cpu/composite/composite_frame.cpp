@@ -96,17 +96,17 @@ double gridSegments(const FramePlan& plan, const FieldPlan& field, const glm::dv
                       most);
 }
 
-GridSamples gridSamples(const CorrectedField& field, const SeenField& seen, const glm::dvec3& cells) {
+GridSamples gridSamples(const CorrectedField& field, const VisibleField& visible, const glm::dvec3& cells) {
+    const SeenField& seen = visible.seen;
     const TransferTable& table = *seen.table;
     const GridField& grid = *field.grid;
     const glm::dvec3 coarse(grid.coarse.size), ratio = cells / coarse;
-    const double perValue = TransferTable::cells / (table.high() - table.low());
     return {
         .table = &table,
-        .tableScale = static_cast<float>((grid.range.high - grid.range.low) / 65535.0 * perValue),
-        .tableShift = static_cast<float>(1.0 + (grid.range.low - table.low()) * perValue),
+        .places = CodePlaces(grid, table),
         .coarse = &grid.coarse,
         .bricks = field.corrected() ? grid.bricks.get() : nullptr,
+        .dark = visible.dark.get(),
         .correction = static_cast<float>(field.correction),
         .steepness = static_cast<float>(field.steepness),
         .slopes = seen.slopes,
@@ -177,7 +177,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       depths(depthsOf(plan)),
       samplesPerCell(static_cast<float>(std::clamp(plan.samplesPerCell, 0.25, 64.0))),
       smooth(0),
-      cellByCell(plan.samplesPerCell >= 2.0),
+      cellByCell(render::cellByCell(plan)),
       window(plan.camera.halfHeight() * plan.width / plan.height, plan.camera.halfHeight()),
       background(plan.background),
       format(chosen),
@@ -196,8 +196,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
                           .space = spaceOf(plan, field, visible[i], cellByCell ? 1.0 : samplesPerCell),
                           .visible = visible[i]});
         FrameField& made = fields.back();
-        if (field.grid() != nullptr)
-            made.grid = gridSamples(*field.grid(), visible[i].seen, made.space.cells);
+        if (field.grid() != nullptr) made.grid = gridSamples(*field.grid(), visible[i], made.space.cells);
     }
     smooth = smoothIn(plan, fields);
 }

@@ -70,9 +70,10 @@ struct SlabDepth {
 /// What is read of a field of samples with normals; nothing is owned but a few numbers.
 struct GridSamples {
     const TransferTable* table;
-    float tableScale, tableShift;  ///< a code times the scale, plus the shift, is what the table takes
+    CodePlaces places;
     const SampleGrid* coarse;
     const GridBricks* bricks;            ///< null: it is not corrected
+    const DarkCells* dark;               ///< where they show nothing; null: it is not known
     float correction, steepness;         ///< CorrectedField's
     const GridSlopes* slopes;            ///< null: extinction does not go by them
     float gradient;                      ///< CorrectedField's

@@ -12,7 +12,7 @@
 
 #include <array>
 
-#include "server/render/cpu/composite/grid_source-inl.h"
+#include "server/render/cpu/composite/dark_steps-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -36,19 +36,6 @@ HWY_INLINE V least(const Corners& c) {
 HWY_INLINE V greatest(const Corners& c) {
     return hn::Max(hn::Max(hn::Max(c[0], c[1]), hn::Max(c[2], c[3])),
                    hn::Max(hn::Max(c[4], c[5]), hn::Max(c[6], c[7])));
-}
-
-/// Rays along one axis, by their way through the box: their place in the space's cells, and 1 / travel.
-struct AxisRays {
-    V entry, travel, inverse;
-};
-using ThreeAxes = std::array<AxisRays, 3>;
-
-HWY_INLINE ThreeAxes axesOf(const RayLanes& rays, const PacketRays& packet, std::size_t lane) {
-    const auto inverse = [&](std::size_t axis)
-                             HWY_ATTR { return hn::LoadU(Floats(), packet.inverse[axis].data() + lane); };
-    return {AxisRays{rays.entryX, rays.travelX, inverse(0)}, AxisRays{rays.entryY, rays.travelY, inverse(1)},
-            AxisRays{rays.entryZ, rays.travelZ, inverse(2)}};
 }
 
 /// The cell that rays come to along one axis of a grid.
@@ -94,6 +81,15 @@ struct GridCell {
     IntV index;                                           ///< of its first sample
 
     HWY_INLINE GridCell() = default;
+    /// A brick's, its cells as long as those that rays are told by.
+    HWY_INLINE GridCell(const ThreeAxes& rays, const LitCells& cells, IntV first)
+        : originX(hn::Sub(rays[0].entry, hn::ConvertTo(Floats(), cells.x.cell))),
+          originY(hn::Sub(rays[1].entry, hn::ConvertTo(Floats(), cells.y.cell))),
+          originZ(hn::Sub(rays[2].entry, hn::ConvertTo(Floats(), cells.z.cell))),
+          speedX(rays[0].travel),
+          speedY(rays[1].travel),
+          speedZ(rays[2].travel),
+          index(first) {}
     HWY_INLINE GridCell(const AxisCell& x, const AxisCell& y, const AxisCell& z, IntV first)
         : originX(x.origin),
           originY(y.origin),
@@ -139,6 +135,16 @@ struct GridPlace {
         all = hn::AllTrue(d, corrected);
         if (!all || samples.correction < 1.0F) findCoarse(samples, rays, way);
         shown = all ? brick : any ? GridCell(corrected, brick, low) : low;
+    }
+    /// Of rays that all are in corrected bricks, but for those that do not matter.
+    HWY_INLINE GridPlace(const ThreeAxes& rays, const LitCells& cells)
+        : corrected(hn::Not(hn::FirstN(Floats(), 0))),
+          any(true),
+          all(true),
+          brick(rays, cells, BrickCell::indexOf(cells.place, cells.x.cell, cells.y.cell, cells.z.cell)),
+          low(brick),
+          shown(brick) {
+        leave = hn::Min(hn::Min(cells.x.leave(rays[0]), cells.y.leave(rays[1])), cells.z.leave(rays[2]));
     }
     /// The brick's or the coarse grid's, by ray.
     HWY_INLINE V chosen(V ofBrick, V ofLow) const { return hn::IfThenElse(corrected, ofBrick, ofLow); }

@@ -40,7 +40,7 @@ struct LitPiece {
 /// counts it, from which on it must be looked at more closely.
 constexpr float deepPiece = 0.2F;
 constexpr float bentPiece = 0.03F;
-constexpr float steepPiece = 0.08F * TransferTable::cells;
+constexpr float steepPiece = 0.05F * TransferTable::cells;
 constexpr float mostPiecesOfOne = 16.0F;
 /// So much may a density's change differ from an even one, as the table counts it.
 constexpr float bentDensity = 0.0025F * TransferTable::cells;
@@ -236,6 +236,30 @@ HWY_INLINE Sample takeCell(const FieldCell& cell, const ThreeAxes& rays, Sample 
     return front;
 }
 
+/// The cell that rays come to in which something may show, as far as it is known. Those that pass others on
+/// the way have a new front, which is not known, and end if they come to `end`.
+HWY_INLINE GridPlace placeAhead(const GridSamples& samples, const ThreeAxes& rays, V end,
+                                hn::Mask<Floats>& alive, Sample& front, hn::Mask<Floats>& known) {
+    const Floats d;
+    if (samples.dark == nullptr) return GridPlace(samples, rays, front.way);
+    const LitCells cells(samples, rays, end, alive, front.way);
+    known = hn::AndNot(cells.moved, known);
+    front.slope = hn::IfThenZeroElse(cells.moved, front.slope);
+    alive = hn::AndNot(cells.behind, hn::And(alive, hn::Lt(front.way, end)));
+    const auto elsewhere = hn::RebindMask(d, hn::Lt(cells.place, hn::Zero(Ints())));
+    if (hn::AllFalse(d, hn::And(alive, elsewhere))) return GridPlace(rays, cells);
+    return GridPlace(samples, rays, front.way);
+}
+
+/// The rays in whose cell nothing shows. Of corrected ones that is known before they come there.
+HWY_INLINE hn::Mask<Floats> darkCells(const GridSource& source, const GridPlace& place,
+                                      const FieldCell::Range& range) {
+    const bool known = source.samples().dark != nullptr;
+    if (known && place.all) return hn::FirstN(Floats(), 0);
+    const auto dark = source.showsNothing(range.low, range.high);
+    return known ? hn::AndNot(place.corrected, dark) : dark;
+}
+
 /// The same from a sample to a way, through all cells between. `seen()`: the rays that see something yet.
 /// What a ray meets, and the slope at its end, do not depend on its neighbours in the vector.
 template <class Seen, class Take>
@@ -247,14 +271,16 @@ HWY_INLINE Sample takeCells(const GridSource& source, const ThreeAxes& rays, con
     hn::Mask<Floats> known = kind;             // the front was sampled in one of that kind
     const auto going = [&]() HWY_ATTR { return hn::And(seen(), hn::Lt(front.way, end)); };
     for (auto alive = going(); !hn::AllFalse(d, alive); alive = going()) {
-        const GridPlace place(source.samples(), rays, front.way);
+        const GridPlace place = placeAhead(source.samples(), rays, end, alive, front, known);
+        if (hn::AllFalse(d, alive)) continue;
         const FieldCell cell(source, place);
         const auto range = cell.range();
-        const auto dark = source.showsNothing(range.low, range.high);
+        const auto dark = darkCells(source, place, range);
         const auto lit = hn::AndNot(dark, alive);
         const V darkSlope = hn::IfThenZeroElse(alive, front.slope);
         // However close the planes, each step must go on in single precision.
-        const V leave = hn::Min(hn::Max(place.leave, hn::Add(front.way, hn::Set(d, 1e-7F))), end);
+        const V next = hn::Min(hn::Max(place.leave, hn::Add(front.way, hn::Set(d, 1e-7F))), end);
+        const V leave = hn::IfThenElse(alive, next, front.way);
         if (hn::AllFalse(d, lit)) {
             known = lit;
             front.way = leave;

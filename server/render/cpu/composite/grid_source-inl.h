@@ -61,11 +61,16 @@ struct BrickCell {
         const IntV at = hn::Add(hn::Mul(row, across), hn::ShiftRight<3>(x));
         const IntV number = hn::GatherIndex(ints, bricks.numbers.data(), at);
         corrected = hn::RebindMask(Floats(), hn::Gt(number, hn::Set(ints, -1)));
+        index = indexOf(number, x, y, z);
+    }
+    /// Of a brick by its number; of none of the first.
+    HWY_INLINE static IntV indexOf(IntV number, IntV x, IntV y, IntV z) {
+        const Ints ints;
         const IntV seven = hn::Set(ints, 7), nine = hn::Set(ints, 9);
         const IntV inRow = hn::Add(hn::Mul(hn::And(z, seven), nine), hn::And(y, seven));
         const IntV inside = hn::Add(hn::Mul(inRow, nine), hn::And(x, seven));
         const IntV volume = hn::Set(ints, std::int32_t{GridBricks::volume});
-        index = hn::Add(hn::Mul(hn::Max(number, hn::Zero(ints)), volume), inside);
+        return hn::Add(hn::Mul(hn::Max(number, hn::Zero(ints)), volume), inside);
     }
 };
 
@@ -99,7 +104,7 @@ class GridSource {
     /// The density of a code, as the TransferTable counts it.
     HWY_INLINE V densityOf(V code) const {
         const Floats d;
-        return hn::MulAdd(code, hn::Set(d, samples_.tableScale), hn::Set(d, samples_.tableShift));
+        return hn::MulAdd(code, hn::Set(d, samples_.places.scale), hn::Set(d, samples_.places.shift));
     }
 
   private:

@@ -36,6 +36,11 @@ class PacketWalk {
     void run(const FrameSection& section) {
         enter(section);
         std::uint32_t at = section.firstSlab;
+        if (aloneAndKnown()) {
+            if (!light_.gone())
+                march(packet_.hitFields()[0], static_cast<float>(at), static_cast<float>(end_));
+            return;
+        }
         while (at < end_ && !light_.gone()) {
             const std::uint32_t next = std::min(packet_.nextPoints(at), end_);
             if (at < next && !packet_.hitFields().empty())
@@ -69,6 +74,12 @@ class PacketWalk {
         Lanes way, density, integral, slope, red, green, blue;
     };
 
+    /// Whether all that there is is one field in which each ray finds its own way past what shows nothing.
+    bool aloneAndKnown() const {
+        if (packet_.anyPoints || packet_.dots != nullptr || packet_.hitFields().size() != 1) return false;
+        const std::size_t f = packet_.hitFields()[0];
+        return frame_.cellByCell && isGrid(f) && grid(f).dark != nullptr;
+    }
     /// Only fields that the packet's rays hit are ever asked for.
     bool isGrid(std::size_t f) const { return frame_.fields[f].grid.has_value(); }
     const GridSamples& grid(std::size_t f) const { return *frame_.fields[f].grid; }
