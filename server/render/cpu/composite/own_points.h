@@ -5,6 +5,7 @@
 // to packet by the thread that owns it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -17,15 +18,16 @@ struct OwnPoints {
     std::vector<float> mostLeft;             ///< by the field before a border, if nothing more is seen
     std::vector<std::array<float, 4>> told;  ///< likewise
 
-    /// Room for one row more than there was; its optical depths are 0.
-    void makeRoom(std::size_t rows, std::size_t rays) {
+    /// Room for so many rows; from `first` on their optical depths are 0.
+    void makeRoom(std::size_t first, std::size_t rows, std::size_t rays) {
         if (tau.size() < rows * rays) {
             tau.resize(rows * rays);
             borders.resize(rows * rays);
             mostLeft.resize(rows * rays);
             told.resize(rows * rays);
         }
-        for (std::size_t i = (rows - 1) * rays; i < rows * rays; ++i) tau[i] = 0.0F;
+        std::fill(tau.begin() + static_cast<std::ptrdiff_t>(first * rays),
+                  tau.begin() + static_cast<std::ptrdiff_t>(rows * rays), 0.0F);
     }
 };
 

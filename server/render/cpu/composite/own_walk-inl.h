@@ -67,58 +67,71 @@ class OwnWalk {
     /// Brings together where the points of each pixel are, slab by slab, as long as they let light through.
     HWY_NOINLINE void collect() {
         const Floats d;
-        mostLeft_.values.fill(Light::least);
+        V mostLeft = hn::Set(d, Light::least);  // behind what was brought together
         std::uint64_t open = ~std::uint64_t{0} >> (64 - rays);
         std::uint32_t slab = packet_.nextPoints(0);
         for (; slab < frame_.slabs && open != 0; slab = packet_.nextPoints(slab + 1)) {
             V weight, moment;
             hn::LoadInterleaved2(d, &packet_.cells(0, slab)[lane_].weight, weight, moment);
-            std::uint64_t held = 0;
-            hn::StoreMaskBits(d, hn::Gt(weight, hn::Zero(d)), reinterpret_cast<std::uint8_t*>(&held));
-            if ((held & open) != 0) open &= ~collect(slab, weight, moment, held & open);
+            const std::uint64_t held = bitsOf(hn::Gt(weight, hn::Zero(d))) & open;
+            if (held == 0) continue;
+            collect(slab, weight, moment, held, mostLeft);
+            open &= ~bitsOf(hn::Gt(mostLeft, hn::Set(d, 1.0F)));
         }
-        room_.makeRoom(most_ + 1, rays);
+        Lanes left;
+        hn::Store(mostLeft, d, left.data());
+        room_.makeRoom(rows_, rows_ + 1, rays);
         for (std::size_t i = 0; i < rays; ++i) {
             const std::size_t last = static_cast<std::size_t>(count_[i]) * rays + i;
             room_.borders[last] = std::numeric_limits<float>::max();
-            room_.mostLeft[last] = mostLeft_[i];
+            room_.mostLeft[last] = left[i];
+            most_ = std::max(most_, static_cast<std::size_t>(count_[i]));
         }
     }
-    /// Those of some pixels in a slab. Returns the pixels behind whose points nothing is seen.
-    HWY_INLINE std::uint64_t collect(std::uint32_t slab, V weight, V moment, std::uint64_t held) {
+    HWY_INLINE static std::uint64_t bitsOf(hn::Mask<Floats> mask) {
+        std::uint64_t bits = 0;
+        hn::StoreMaskBits(Floats(), mask, reinterpret_cast<std::uint8_t*>(&bits));
+        return bits;
+    }
+    /// Those of some pixels in a slab: of one in one place a row, else three. Whatever stands in rows that a
+    /// pixel does not have is written anew or never asked for; its optical depth is 0.
+    HWY_INLINE void collect(std::uint32_t slab, V weight, V moment, std::uint64_t held, V& mostLeft) {
         const Floats d;
+        const Ints ints;
         const SlabDepth& depth = frame_.depths[slab];
         const SpreadPoints spread(weight, moment, frame_.points[0], hn::Set(d, depth.nearest),
                                   hn::Set(d, depth.thickness));
-        const V start = hn::Set(d, static_cast<float>(slab));
-        Lanes tau, from, to, hidden;
-        hn::Store(spread.tau, d, tau.data());
-        hn::Store(hn::Add(start, spread.near), d, from.data());
-        hn::Store(hn::Add(start, spread.far), d, to.data());
-        hn::Store(hn::Div(hn::Set(d, 1.0F), hn::Max(expMinus(spread.tau), hn::Set(d, 1e-6F))), d,
-                  hidden.data());
-        std::uint64_t ended = 0;
+        const V start = hn::Set(d, static_cast<float>(slab)), half = hn::Set(d, 0.5F);
+        const V from = hn::Add(start, spread.near), to = hn::Add(start, spread.far);
+        const auto single = hn::Le(to, from);
+        Lanes begin, middle, end, left, one, ofHalf;
+        alignas(64) std::array<std::int32_t, rays> more;
+        hn::Store(from, d, begin.data());
+        // In halves: what the field is around their middle matters.
+        hn::Store(hn::Mul(half, hn::Add(from, to)), d, middle.data());
+        hn::Store(to, d, end.data());
+        hn::Store(mostLeft, d, left.data());
+        hn::Store(hn::IfThenElseZero(single, hn::Neg(spread.tau)), d, one.data());
+        hn::Store(hn::IfThenZeroElse(single, hn::Mul(half, spread.tau)), d, ofHalf.data());
+        hn::Store(hn::IfThenElse(hn::RebindMask(ints, single), hn::Set(ints, 1), hn::Set(ints, 3)), ints,
+                  more.data());
+        room_.makeRoom(rows_, rows_ + 3, rays);
+        rows_ += 3;
         for (; held != 0; held &= held - 1) {
             const std::size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero64(held);
-            bring(i, from[i], to[i], tau[i]);
-            mostLeft_[i] *= hidden[i];
-            if (mostLeft_[i] > 1.0F) ended |= std::uint64_t{1} << i;
+            bring(static_cast<std::size_t>(count_[i]) * rays + i, {begin[i], middle[i], end[i]}, left[i],
+                  {one[i], ofHalf[i], ofHalf[i]});
+            count_[i] += more[i];
         }
-        return ended;
+        mostLeft = hn::Div(mostLeft, hn::Max(expMinus(spread.tau), hn::Set(d, 1e-6F)));
     }
-    HWY_INLINE void bring(std::size_t pixel, float from, float to, float tau) {
-        if (to <= from) return bring(pixel, from, -tau);
-        bring(pixel, from, 0.0F);
-        // In halves: what the field is around their middle matters.
-        bring(pixel, 0.5F * (from + to), 0.5F * tau);
-        bring(pixel, to, 0.5F * tau);
-    }
-    HWY_INLINE void bring(std::size_t pixel, float border, float tau) {
-        const auto k = static_cast<std::size_t>(count_[pixel]++);
-        if (k == most_) room_.makeRoom(++most_, rays);
-        room_.borders[k * rays + pixel] = border;
-        room_.mostLeft[k * rays + pixel] = mostLeft_[pixel];
-        room_.tau[k * rays + pixel] = tau;
+    HWY_INLINE void bring(std::size_t first, const std::array<float, 3>& borders, float mostLeft,
+                          const std::array<float, 3>& tau) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            room_.borders[first + k * rays] = borders[k];
+            room_.mostLeft[first + k * rays] = mostLeft;
+            room_.tau[first + k * rays] = tau[k];
+        }
     }
 
     /// `end`: what the field alone is.
@@ -129,8 +142,8 @@ class OwnWalk {
         const std::array<V, 3> colors{color(0), color(1), color(2)};
         const hn::Vec<Ints> counts = hn::Load(Ints(), count_.data());
         Light passed;  // of the field alone, up to the border before
-        V through = hn::Set(d, 1.0F);
-        auto right = hn::Gt(through, hn::Zero(d));
+        V through = hn::Set(d, 1.0F), throughBefore = through, lostBefore = hn::Zero(d);
+        auto right = hn::Gt(through, hn::Zero(d)), halfBefore = hn::Lt(through, hn::Zero(d));
         for (std::size_t k = 0; k < most_; ++k) {
             const auto more = hn::Gt(counts, hn::Set(Ints(), static_cast<std::int32_t>(k)));
             const Light here = told(k, hn::RebindMask(d, more), passed);
@@ -142,13 +155,17 @@ class OwnWalk {
             V let;
             gatherMixed(depth, colors, from, here, let, mixed);
             // Taken as even, as much as an eighth of what is lost may be wrong of that share of faint points;
-            // behind the first of strong ones it matters where it was lost.
+            // behind the first of strong ones it matters where it was lost, if not as much of it in one half
+            // of them as in the other.
             const V lost = hn::Sub(from.left, here.left);
             const V error = hn::Mul(hn::Mul(through, hn::Min(depth, hn::Set(d, 1.0F))), hn::Mul(lost, lost));
-            const auto faint = hn::Or(hn::Le(depth, hn::Set(d, 0.7F)),
-                                      hn::Le(hn::Mul(through, lost), hn::Set(d, 2.0F * mostWrong)));
             const auto even = hn::Le(error, hn::Mul(from.left, hn::Set(d, 8.0F * mostWrong)));
+            const auto half = hn::Gt(tau, hn::Zero(d)), second = hn::And(half, halfBefore);
+            const V uneven = hn::IfThenElseZero(second, hn::Abs(hn::Sub(lost, lostBefore)));
+            const auto faint = hn::Or(hn::Le(depth, hn::Set(d, 0.7F)),
+                                      hn::Le(hn::Mul(throughBefore, uneven), hn::Set(d, 2.0F * mostWrong)));
             right = hn::And(right, hn::And(faint, even));  // neither of what is no number
+            halfBefore = half, lostBefore = lost, throughBefore = through;
             light_.red = hn::MulAdd(through, mixed.red, light_.red);
             light_.green = hn::MulAdd(through, mixed.green, light_.green);
             light_.blue = hn::MulAdd(through, mixed.blue, light_.blue);
@@ -183,14 +200,14 @@ class OwnWalk {
     }
 
     alignas(64) std::array<std::int32_t, rays> count_{};  // borders of each pixel
-    Lanes mostLeft_;                                      // behind what was brought together
     Light light_;
     const CompositeFrame& frame_;
     const Packet& packet_;
     const std::size_t lane_;
     PacketSights& sights_;
     OwnPoints& room_;
-    std::size_t most_ = 0;  // of them
+    std::size_t rows_ = 0;  // that there is room for
+    std::size_t most_ = 0;  // borders of a pixel
 };
 
 }  // namespace mote::render::HWY_NAMESPACE
