@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
+#include <span>
 
 #include "server/render/cpu/composite/composite.h"
 #include "server/render/cpu/resident_fields.h"
@@ -89,20 +91,40 @@ class TileLatticeTest : public testing::Test {
     /// A lattice that was told a function of the pixel, and its rounds.
     template <class Value>
     TileLattice told(const Value& value, int& rounds) {
+        return told([&](std::size_t, double x, double y) { return value(x, y); }, {}, rounds);
+    }
+    /// The same of a function of the border's row and the pixel, among points.
+    template <class Value>
+    TileLattice told(const Value& value, std::span<const TileCells> points, int& rounds) {
         frame_->smooth = 4;
-        TileLattice lattice(*frame_, {1, 2}, {});
+        TileLattice lattice(*frame_, tile_, points);
         for (rounds = 0; !lattice.wanted().empty(); ++rounds) {
             for (const auto node : lattice.wanted()) {
                 const auto place = lattice.places(std::array{node})[0] - glm::dvec2(32.0, 64.0);
-                const double light = value(place.x / Tile::edge, place.y / Tile::edge);
                 for (std::size_t row = 0; row <= lattice.lastRow(); ++row)
-                    lattice.at(row, node).fill(static_cast<float>(light));
+                    lattice.at(row, node).fill(
+                        static_cast<float>(value(row, place.x / Tile::edge, place.y / Tile::edge)));
             }
             lattice.judge();
         }
         return lattice;
     }
 
+    /// A point in the first pixel of a packet in one slab, and of another packet in another.
+    std::array<TileCells, 1> twoPoints(std::uint32_t packet, std::uint32_t slab, std::uint32_t otherPacket,
+                                       std::uint32_t otherSlab) const {
+        TileCells cells(frame_->slabs);
+        const auto add = [&](std::uint32_t p, std::uint32_t s) {
+            cells.cells()[std::size_t{s} * Tile::pixels + p * Tile::packetPixels] = {1.0F, 0.5F};
+            cells.touched()[std::size_t{s} * Tile::packets + p] = 1;
+        };
+        add(packet, slab);
+        add(otherPacket, otherSlab);
+        cells.settle();
+        return {std::move(cells)};
+    }
+
+    static constexpr Tile tile_{1, 2};
     std::uint32_t slabsApart_ = 1;  // of points
     FramePlan plan_;
     ResidentFields fields_;
@@ -140,6 +162,32 @@ TEST_F(TileLatticeTest, WhatIsBendingMoreIsToldByMoreRays) {
     EXPECT_LT(few, more);
     EXPECT_TRUE(narrow.smooth(27));
     EXPECT_LT(narrow.around(27).step, wide.around(27).step);
+}
+
+/// What is told where a packet has no points is nothing to it: whether it bends, or is not known at all.
+TEST_F(TileLatticeTest, BordersCountForPacketsWithPointsBehindThem) {
+    const FieldReach::Slabs reach = frame_->reach.of(tile_);
+    ASSERT_GT(reach.end, reach.first + 8);
+    const std::uint32_t slab = reach.first + 2, otherSlab = reach.first + 6;
+    constexpr std::uint32_t packet = 9, other = 54;  // of opposite quarters
+    const auto points = twoPoints(packet, slab, other, otherSlab);
+    const std::size_t row = TileLattice(*frame_, tile_, points).row(slab);
+    const auto quarter = [](std::uint32_t p) { return p / 32 * 2 + p % 8 / 4; };
+    const auto expectOthersSmooth = [&](const TileLattice& lattice) {
+        EXPECT_FALSE(lattice.smooth(packet));
+        for (std::uint32_t p = 0; p < Tile::packets; ++p) {
+            EXPECT_TRUE(lattice.smooth(p) || quarter(p) == quarter(packet)) << p;
+        }
+    };
+    int rounds = 0;
+    for (const std::size_t wrong : {row, row + 1}) {
+        const auto unknown = [&](std::size_t at, double, double) { return at == wrong ? std::nan("") : 0.5; };
+        expectOthersSmooth(told(unknown, points, rounds));
+        const auto bent = [&](std::size_t at, double x, double y) {
+            return at == wrong ? 0.5 + 0.1 * std::sin(40.0 * x) * std::sin(40.0 * y) : 0.5;
+        };
+        expectOthersSmooth(told(bent, points, rounds));
+    }
 }
 
 TEST_F(TileLatticeTest, PixelsAreThoseOfTheirOwnRays) {
