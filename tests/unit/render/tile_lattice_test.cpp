@@ -167,11 +167,10 @@ TEST_F(TileLatticeTest, WhatIsBendingMoreIsToldByMoreRays) {
 /// What is told where a packet has no points is nothing to it: whether it bends, or is not known at all.
 TEST_F(TileLatticeTest, BordersCountForPacketsWithPointsBehindThem) {
     const FieldReach::Slabs reach = frame_->reach.of(tile_);
+    ASSERT_GT(reach.first, 0U);
     ASSERT_GT(reach.end, reach.first + 8);
-    const std::uint32_t slab = reach.first + 2, otherSlab = reach.first + 6;
+    ASSERT_LT(reach.end, frame_->slabs);
     constexpr std::uint32_t packet = 9, other = 54;  // of opposite quarters
-    const auto points = twoPoints(packet, slab, other, otherSlab);
-    const std::size_t row = TileLattice(*frame_, tile_, points).row(slab);
     const auto quarter = [](std::uint32_t p) { return p / 32 * 2 + p % 8 / 4; };
     const auto expectOthersSmooth = [&](const TileLattice& lattice) {
         EXPECT_FALSE(lattice.smooth(packet));
@@ -180,13 +179,21 @@ TEST_F(TileLatticeTest, BordersCountForPacketsWithPointsBehindThem) {
         }
     };
     int rounds = 0;
-    for (const std::size_t wrong : {row, row + 1}) {
-        const auto unknown = [&](std::size_t at, double, double) { return at == wrong ? std::nan("") : 0.5; };
-        expectOthersSmooth(told(unknown, points, rounds));
-        const auto bent = [&](std::size_t at, double x, double y) {
-            return at == wrong ? 0.5 + 0.1 * std::sin(40.0 * x) * std::sin(40.0 * y) : 0.5;
-        };
-        expectOthersSmooth(told(bent, points, rounds));
+    for (const std::uint32_t slab : {reach.first - 1, reach.first + 2, reach.end}) {
+        const auto points = twoPoints(packet, slab, other, reach.first + 6);
+        const TileLattice lattice(*frame_, tile_, points);
+        const std::size_t row = lattice.row(slab);
+        for (const std::size_t wrong : {row, row + 1}) {
+            if (wrong == lattice.lastRow()) continue;  // which counts for all
+            const auto unknown = [&](std::size_t at, double, double) {
+                return at == wrong ? std::nan("") : 0.5;
+            };
+            expectOthersSmooth(told(unknown, points, rounds));
+            const auto bent = [&](std::size_t at, double x, double y) {
+                return at == wrong ? 0.5 + 0.1 * std::sin(40.0 * x) * std::sin(40.0 * y) : 0.5;
+            };
+            expectOthersSmooth(told(bent, points, rounds));
+        }
     }
 }
 

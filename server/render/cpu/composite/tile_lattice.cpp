@@ -127,7 +127,8 @@ TileLattice::TileLattice(const CompositeFrame& frame, Tile tile, std::span<const
         const bool before = slab < reach.first, behind = slab >= reach.end;
         rows_[slab] = addBorder(before ? 0 : behind ? reach.end : slab);
         if (!behind) addBorder(before ? reach.first : slab + 1);
-        if (!before && !behind) occupied_.push_back({rows_[slab], occupied[slab]});
+        if (occupied_.empty() || occupied_.back().row != rows_[slab]) occupied_.push_back({rows_[slab], 0});
+        occupied_.back().packets |= occupied[slab];
     }
     addBorder(frame.slabs);
     rowCount_ = borders_.size();

@@ -68,7 +68,7 @@ class TileLattice {
         std::uint32_t x, y;  // its first node
     };
 
-    /// A slab with points in which fields may be.
+    /// A slab with points, or several that are like one.
     struct OccupiedSlab {
         std::uint32_t row;      // of the border before it
         std::uint64_t packets;  // that may have points there, a bit each
