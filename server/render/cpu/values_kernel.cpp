@@ -241,9 +241,9 @@ class LeafValues {
     }
 
     HWY_INLINE Int pixelsFrom(Int first, Float columns, Float rows) const {
-        const Int down = hn::Mul(hn::ConvertTo(ints, hn::Floor(rows)),
-                                 hn::Set(ints, static_cast<std::int32_t>(map_.width)));
-        return hn::Add(hn::Add(first, hn::ConvertTo(ints, hn::Floor(columns))), down);
+        const Int down =
+            hn::Mul(truncated(hn::Floor(rows)), hn::Set(ints, static_cast<std::int32_t>(map_.width)));
+        return hn::Add(hn::Add(first, truncated(hn::Floor(columns))), down);
     }
 
     /// Of no use, and not computed, where it does not matter.
