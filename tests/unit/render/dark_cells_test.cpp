@@ -86,7 +86,7 @@ TEST_F(DarkCellsTest, TellsTheStepsToTheNearestCellThatShows) {
     std::size_t lit = 0, dark = 0, asked = 0;
     for (std::uint32_t brick = 1; brick < 7; ++brick) {
         if (dark_.places()[brick] < 0) continue;
-        asked += edge * edge * edge;
+        asked += std::size_t{edge} * edge * edge;
         for (std::uint32_t i = 0; i < edge * edge * edge; ++i) {
             const std::uint32_t x = i % edge, y = i / edge % edge, z = i / edge / edge;
             std::uint32_t nearest = edge;

@@ -115,7 +115,7 @@ class TileLatticeTest : public testing::Test {
                                        std::uint32_t otherSlab) const {
         TileCells cells(frame_->slabs);
         const auto add = [&](std::uint32_t p, std::uint32_t s) {
-            cells.cells()[std::size_t{s} * Tile::pixels + p * Tile::packetPixels] = {1.0F, 0.5F};
+            cells.cells()[std::size_t{s} * Tile::pixels + std::size_t{p} * Tile::packetPixels] = {1.0F, 0.5F};
             cells.touched()[std::size_t{s} * Tile::packets + p] = 1;
         };
         add(packet, slab);
