@@ -277,8 +277,9 @@ class TileGather {
             const Float x = hn::Sub(pixel.x, hn::Set(floats, left_)),
                         y = hn::Sub(pixel.y, hn::Set(floats, top_));
             const Float slab = hn::Min(hn::Max(toSlab(at), zero), hn::Set(floats, slabs_));
-            const Int slabIndex = hn::Min(truncated(slab), lastSlab);
-            const Int cell = hn::Or(hn::ShiftLeft<10>(slabIndex), pixelIndex(truncated(x), truncated(y)));
+            const Int slabIndex = hn::Min(truncated(floats, slab), lastSlab);
+            const Int cell =
+                hn::Or(hn::ShiftLeft<10>(slabIndex), pixelIndex(truncated(floats, x), truncated(floats, y)));
             const Float depth = hn::Mul(weight, hn::Sub(slab, hn::ConvertTo(floats, slabIndex)));
             const Float level = shaded ? levelsOf(source_, leaf, k) : zero;
             if constexpr (inside) {

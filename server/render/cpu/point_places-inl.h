@@ -17,6 +17,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "server/render/cpu/composite/truncated-inl.h"
 #include "server/render/cpu/leaf_places-inl.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/points_kernel.h"
@@ -49,17 +50,6 @@ HWY_INLINE std::size_t storePacked(D d, hn::Vec<D> values, hn::Mask<D> chosen, h
     return hn::CountTrue(d, chosen);
 #else
     return hn::CompressStore(values, chosen, d, to);
-#endif
-}
-
-/// ConvertTo of what an integer holds; of what it does not, anything.
-HWY_INLINE Int truncated(Float values) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-    return Int{_mm512_cvttps_epi32(values.raw)};
-#elif HWY_TARGET == HWY_AVX2
-    return Int{_mm256_cvttps_epi32(values.raw)};
-#else
-    return hn::ConvertTo(ints, values);
 #endif
 }
 

@@ -242,8 +242,8 @@ class LeafValues {
 
     HWY_INLINE Int pixelsFrom(Int first, Float columns, Float rows) const {
         const Int down =
-            hn::Mul(truncated(hn::Floor(rows)), hn::Set(ints, static_cast<std::int32_t>(map_.width)));
-        return hn::Add(hn::Add(first, truncated(hn::Floor(columns))), down);
+            hn::Mul(truncated(floats, hn::Floor(rows)), hn::Set(ints, static_cast<std::int32_t>(map_.width)));
+        return hn::Add(hn::Add(first, truncated(floats, hn::Floor(columns))), down);
     }
 
     /// Of no use, and not computed, where it does not matter.

@@ -43,7 +43,7 @@ struct DarkAxis {
         const V skip = hn::IfThenElse(forward, hn::Set(d, 1e-3F), hn::Set(d, -1e-3F));
         // As in AxisCell.
         const V place = hn::Floor(hn::Add(hn::MulAdd(way, rays.travel, rays.entry), skip));
-        below = hn::ConvertTo(ints, place);
+        below = truncated(d, place);
         cell = hn::Min(hn::Max(below, hn::Zero(ints)),
                        hn::Set(ints, static_cast<std::int32_t>(size > 1 ? size - 2 : 0)));
     }

@@ -15,6 +15,7 @@
 
 #include "server/render/cpu/composite/composite_frame.h"
 #include "server/render/cpu/composite/packet.h"
+#include "server/render/cpu/composite/truncated-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -294,10 +295,9 @@ struct TableReads {
 
 HWY_INLINE TableReads readTable(const DensitySource& source, V way, const Density& density) {
     const Floats d;
-    const Ints ints;
     const V place = hn::MulAdd(density.t, hn::Set(d, source.tableScale), hn::Set(d, source.tableLow));
     constexpr auto last = static_cast<float>(TransferTable::cells);
-    const IntV entry = hn::ConvertTo(ints, hn::Min(hn::Max(place, hn::Set(d, 1.0F)), hn::Set(d, last)));
+    const IntV entry = truncated(d, hn::Min(hn::Max(place, hn::Set(d, 1.0F)), hn::Set(d, last)));
     static_assert(sizeof(TransferTable::Entry) == 1 << 4);
     const WordV color =
         gatherWord(reinterpret_cast<const std::uint8_t*>(&source.entries->color), hn::ShiftLeft<4>(entry));

@@ -58,7 +58,7 @@ struct AxisCell {
         const auto last = static_cast<float>(size > 1 ? size - 2 : 0);
         const V first = hn::Min(hn::Max(below, hn::Zero(d)), hn::Set(d, last));
         origin = hn::Sub(entry, first);
-        cell = hn::ConvertTo(Ints(), first);
+        cell = truncated(d, first);
     }
 };
 
