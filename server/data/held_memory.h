@@ -33,7 +33,7 @@ class HeldMemory {
     }
     /// Counts them in any case: they are there.
     static HeldMemory of(std::shared_ptr<storage::BlockBudget> budget, std::uint64_t bytes) {
-        if (budget && !budget->take(bytes, budget->generation())) budget->takeAnyway(bytes);
+        if (budget) budget->takeMakingRoom(bytes);
         return HeldMemory(std::move(budget), bytes);
     }
 

@@ -57,6 +57,7 @@ class PictureMemory : public std::enable_shared_from_this<PictureMemory> {
     PictureMemory(std::uint64_t own, std::shared_ptr<storage::BlockBudget> data)
         : own_(own), data_(std::move(data)) {}
 
+    const std::shared_ptr<storage::BlockBudget>& data() const { return data_; }
     /// A picture of so many bytes cannot take more than this at once: small ones may take a little more.
     std::uint64_t most(std::uint64_t bytes) const;
     /// Bytes that nobody has. After take() found too few: but for what data in use have.

@@ -36,6 +36,7 @@ class SharedFileSteps final : public render::RankSteps {
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
     Result<Name> nameOf(const render::GridField& field) override;
     Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
+    std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
     void beginPicture() override { budget_->beginGeneration(); }
 
   private:

@@ -174,9 +174,15 @@ PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::option
       steps_(steps),
       leastTurn_(leastTurn),
       memory_(std::move(memory)),
-      device_(factory_()),
+      device_(newDevice()),
       name_(device_->name()),
       costs_(costs ? *costs : device_->costs()) {}
+
+std::unique_ptr<render::Device> PictureMaker::newDevice() const {
+    auto device = factory_();
+    if (memory_) device->countTo(memory_->data());
+    return device;
+}
 
 void PictureMaker::trim() {
     if (device_) device_->trim();
@@ -224,7 +230,7 @@ Result<Making> PictureMaker::makeAny(const RenderJob& job, PictureHistory& histo
 }
 
 Result<Making> PictureMaker::makeOne(const RenderJob& job, PictureHistory& history) {
-    if (!device_) device_ = factory_();
+    if (!device_) device_ = newDevice();
     history.quality.startFrom(costs_);
     steps_.beginPicture();
     stop_ = job.stop;

@@ -79,6 +79,7 @@ class PictureMaker {
     void trim();
 
   private:
+    std::unique_ptr<render::Device> newDevice() const;
     Result<Making> makeAny(const RenderJob& job, PictureHistory& history);
     Result<Making> makeOne(const RenderJob& job, PictureHistory& history);
     void drop(std::unique_ptr<Draft>& draft) const;

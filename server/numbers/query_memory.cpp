@@ -46,8 +46,7 @@ Result<QueryMemory::Hold> QueryMemory::take(std::uint64_t bytes, const std::func
         }
         used_ += bytes;
     }
-    const auto generation = budget_->generation();
-    if (!budget_->take(bytes, generation)) budget_->takeAnyway(bytes);
+    budget_->takeMakingRoom(bytes);
     return Hold(shared_from_this(), bytes);
 }
 
@@ -57,7 +56,7 @@ QueryMemory::Hold QueryMemory::tryTake(std::uint64_t bytes) {
         if (used_ + bytes > limit_) return {};
         used_ += bytes;
     }
-    if (!budget_->take(bytes, budget_->generation())) budget_->takeAnyway(bytes);
+    budget_->takeMakingRoom(bytes);
     return Hold(shared_from_this(), bytes);
 }
 

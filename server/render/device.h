@@ -16,6 +16,7 @@
 #include "server/render/plan/picture.h"
 #include "server/render/plan/quality.h"
 #include "server/render/plan/unfinished_picture.h"
+#include "storage/blocks/block_budget.h"
 
 namespace mote::render {
 
@@ -49,6 +50,9 @@ class Device {
     /// picture that is stopped. Throws as render().
     virtual std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
                                                      std::stop_token stop);
+    /// What it makes of steps in main memory, as large as a part of them, counts to `budget` from now on, and
+    /// may go for others; null, as at first: to none.
+    virtual void countTo(const std::shared_ptr<storage::BlockBudget>& /*budget*/) {}
     /// Frees what it keeps of steps that nobody else holds any more.
     virtual void trim() = 0;
 };

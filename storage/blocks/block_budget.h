@@ -60,6 +60,11 @@ class BlockBudget {
     bool take(std::uint64_t bytes, Generation generation);
     /// Counts them whatever there is room for.
     void takeAnyway(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
+    /// The same, after giving up blocks that the present picture does not use if there is no room: for what
+    /// cannot be done without.
+    void takeMakingRoom(std::uint64_t bytes) {
+        if (!take(bytes, generation())) takeAnyway(bytes);
+    }
     /// Gives back bytes that were taken and did not come in.
     void giveBack(std::uint64_t bytes) { resident_.fetch_sub(bytes, std::memory_order_relaxed); }
 

@@ -102,10 +102,13 @@ void SceneSteps::beginPicture() {
 
 RankCrew::RankCrew(int size, const render::Scene& scene)
     : ranks_(size), steps_(static_cast<std::size_t>(size), SceneSteps(scene)) {
+    constexpr std::uint64_t much = std::uint64_t{1} << 30;
+    for (SceneSteps& steps : steps_) steps.memory = std::make_shared<storage::BlockBudget>(much);
     for (int rank = 1; rank < size; ++rank) {
         threads_.emplace_back([this, rank] { render::serveRanks(ranks_[rank], steps(rank)); });
     }
     device_ = std::make_unique<render::RankedDevice>(ranks_[0], steps(0));
+    device_->countTo(steps(0).memory);
 }
 
 RankCrew::~RankCrew() {

@@ -48,8 +48,10 @@ class SceneSteps final : public render::RankSteps {
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
     Result<Name> nameOf(const render::GridField& step) override;
     Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
+    std::shared_ptr<storage::BlockBudget> budget() const override { return memory; }
     void beginPicture() override;
 
+    std::shared_ptr<storage::BlockBudget> memory;  ///< of this rank, never short
     std::function<void()>
         onName;  ///< called before a step of particles is named, so before an order goes out
     std::function<void()> onBegin;  ///< called on other ranks than the first when a picture begins

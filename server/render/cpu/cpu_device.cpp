@@ -64,6 +64,10 @@ std::unique_ptr<UnfinishedPicture> CpuDevice::begin(const FramePlan& plan, Pixel
     return std::make_unique<CpuPicture>(*state_, plan, format, state_->leastTurn);
 }
 
+void CpuDevice::countTo(const std::shared_ptr<storage::BlockBudget>& budget) {
+    state_->fields.countTo(budget);
+}
+
 void CpuDevice::trim() {
     state_->dropExpired();
 }

@@ -32,6 +32,7 @@ class CpuDevice final : public Device {
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
     std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
                                              std::stop_token stop) override;
+    void countTo(const std::shared_ptr<storage::BlockBudget>& budget) override;
     void trim() override;
 
   private:

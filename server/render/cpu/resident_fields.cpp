@@ -87,23 +87,15 @@ std::shared_ptr<const DarkCells> ResidentFields::dark(const FieldPlan& plan, con
                                                       std::size_t kept) {
     const CorrectedField& samples = *plan.grid();
     if (seen.blocks == nullptr || !samples.corrected() || samples.mixed()) return nullptr;
-    const auto known = [&](const ResidentDark& one) {
-        const TransferFunction& transfer = one.transfer;
-        return one.key == samples.grid.get() && !one.field.expired() &&
-               transfer.opacity == plan.transfer.opacity && transfer.fade == plan.transfer.fade &&
-               transfer.opacityLength == plan.transfer.opacityLength && transfer.span == plan.transfer.span;
-    };
-    return mostRecent(dark_, kept, known,
-                      [&] {
-                          return ResidentDark{
-                              samples.grid, samples.grid.get(), plan.transfer,
-                              std::make_shared<DarkCells>(*samples.grid, *seen.table, *seen.blocks)};
-                      })
-        .cells;
+    const TransferFunction& transfer = plan.transfer;
+    const GridField& field = *samples.grid;
+    return dark_.of(samples.grid, {transfer.opacity, transfer.opacityLength, transfer.fade, transfer.span},
+                    kept, DarkCells::bytesOf(field),
+                    [&] { return DarkCells(field, *seen.table, *seen.blocks); });
 }
 
 void ResidentFields::dropExpired() {
-    dark_.remove_if([](const ResidentDark& one) { return one.field.expired(); });
+    dark_.dropExpired();
     volumes_.remove_if([](const Resident& one) { return one.grid.expired(); });
     seen_.dropExpired();
 }

@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <utility>
 
 #include "server/render/cpu/composite/dark_cells.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/seen_fields.h"
 #include "server/render/plan/step_volume.h"
+#include "storage/blocks/counted_cache.h"
 
 namespace mote::render {
 
@@ -48,7 +50,7 @@ class PackedVolume {
     std::unique_ptr<std::uint32_t[]> words_;
 };
 
-/// What is drawn of a field; nothing is owned.
+/// What is drawn of a field; nothing is owned but what is counted (storage/blocks/counted_cache.h).
 struct VisibleField {
     SeenField seen;
     const PackedVolume* volume = nullptr;  ///< of densities that are somewhere visible
@@ -64,6 +66,12 @@ inline bool cellByCell(const FramePlan& plan) {
 
 class ResidentFields {
   public:
+    /// What is as large as a part of the fields counts to `budget` from now on, and may go for others; null,
+    /// as at first: to none.
+    void countTo(const std::shared_ptr<storage::BlockBudget>& budget) {
+        dark_.countTo(budget);
+        seen_.countTo(budget);
+    }
     /// One a field of the plan. Works in parallel.
     std::vector<VisibleField> of(const FramePlan& plan);
     /// Gives up what belongs to data that nobody else holds any more.
@@ -76,19 +84,20 @@ class ResidentFields {
         PackedVolume volume;
     };
 
-    /// Of one field and transfer function.
-    struct ResidentDark {
-        std::weak_ptr<const GridField> field;
-        const GridField* key;
-        TransferFunction transfer;
-        std::shared_ptr<const DarkCells> cells;
+    /// What of a transfer function dark cells depend on.
+    struct Extinction {
+        Curve opacity;
+        double opacityLength, fade;
+        ValueRange span;
+
+        bool operator==(const Extinction&) const = default;
     };
     const PackedVolume& resident(const std::shared_ptr<const StepVolume>& grid);
-    /// `kept`: how many to keep, of the latest; they are an eighth of what the bricks are.
+    /// `kept`: how many to keep, of the latest.
     std::shared_ptr<const DarkCells> dark(const FieldPlan& plan, const SeenField& seen, std::size_t kept);
 
     std::list<Resident> volumes_;
-    std::list<ResidentDark> dark_;  // used last first
+    storage::CountedCache<Extinction, DarkCells> dark_;
     SeenFields seen_;
 };
 

@@ -143,6 +143,10 @@ std::unique_ptr<UnfinishedPicture> EglDevice::begin(const FramePlan& plan, Pixel
     return std::make_unique<Unfinished>(*this, plan, *std::move(colors), format);
 }
 
+void EglDevice::countTo(const std::shared_ptr<storage::BlockBudget>& budget) {
+    state_->residentGrids.countTo(budget);
+}
+
 void EglDevice::trim() {
     const EglContext::Current current(context_);
     state_->steps.dropExpired();

@@ -51,6 +51,7 @@ class EglDevice final : public Device {
     /// One that is paused keeps its finished bands.
     std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
                                              std::stop_token stop) override;
+    void countTo(const std::shared_ptr<storage::BlockBudget>& budget) override;
     void trim() override;
 
     const StageTimes& lastTimes() const;

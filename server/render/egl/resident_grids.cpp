@@ -198,8 +198,8 @@ ClassifiedBricks::ClassifiedBricks(const CorrectedField& samples, const SeenFiel
 
 std::optional<GridParts> ResidentGrids::of(const FieldPlan& plan, const CorrectedField& samples,
                                            const Pacer& pacer) {
-    const GridSlopes* const slopes = samples.gradient > 0.0 ? seen_.of(plan, samples).slopes : nullptr;
-    ResidentGrid* const resident = find(samples, slopes, pacer);
+    const auto slopes = samples.gradient > 0.0 ? seen_.of(plan, samples).slopes : nullptr;
+    ResidentGrid* const resident = find(samples, slopes.get(), pacer);
     if (resident == nullptr) return std::nullopt;
     using Classified = ResidentGrid::Classified;
     const auto& classified = mostRecent(

@@ -9,6 +9,7 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "server/render/egl/gl_objects.h"
@@ -87,6 +88,8 @@ struct GridParts {
 class ResidentGrids {
   public:
     explicit ResidentGrids(std::uint64_t budget) : budget_(budget) {}
+    /// As SeenFields, of what it makes in main memory.
+    void countTo(std::shared_ptr<storage::BlockBudget> budget) { seen_.countTo(std::move(budget)); }
 
     /// What the plan draws, ready but for light; empty if the frame is given up meanwhile. It stays valid
     /// for the next 15 calls, until dropExpired(). Throws DeviceError.

@@ -72,7 +72,7 @@ SeenFields::Resident& SeenFields::resident(const std::shared_ptr<const void>& da
                !one.data.expired();
     });
     if (known == fields_.end())
-        known = fields_.insert(known, Resident{data, data.get(), corrected, mixed, ranges(), {}, {}});
+        known = fields_.insert(known, Resident{data, data.get(), corrected, mixed, ranges(), {}});
     return *known;
 }
 
@@ -87,9 +87,14 @@ SeenField SeenFields::of(const FieldPlan& plan, const CorrectedField& samples) {
             return Visible{plan.transfer.opacity, VisibleBlocks(known.ranges, table)};
         });
     if (!visible.blocks.any()) return {&table, nullptr, nullptr};
-    if (samples.gradient > 0.0 && !known.slopes)
-        known.slopes = gridSlopes(*samples.grid, samples.corrected());
-    return {&table, &visible.blocks, &known.ranges, samples.gradient > 0.0 ? &*known.slopes : nullptr};
+    return {&table, &visible.blocks, &known.ranges, samples.gradient > 0.0 ? slopesOf(samples) : nullptr};
+}
+
+std::shared_ptr<const GridSlopes> SeenFields::slopesOf(const CorrectedField& samples) {
+    const GridField& field = *samples.grid;
+    const bool corrected = samples.corrected();
+    return slopes_.of(samples.grid, corrected, kept, gridSlopesBytes(field, corrected),
+                      [&] { return gridSlopes(field, corrected); });
 }
 
 SeenField SeenFields::of(const FieldPlan& plan, const DensityField& samples,
@@ -106,6 +111,7 @@ SeenField SeenFields::of(const FieldPlan& plan, const DensityField& samples,
 
 void SeenFields::dropExpired() {
     fields_.remove_if([](const Resident& one) { return one.data.expired(); });
+    slopes_.dropExpired();
 }
 
 }  // namespace mote::render

@@ -9,13 +9,14 @@
 #include <functional>
 #include <list>
 #include <memory>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include "protocol/base/most_recent.h"
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/field_plan.h"
 #include "server/render/plan/transfer_table.h"
+#include "storage/blocks/counted_cache.h"
 
 namespace mote::render {
 
@@ -53,17 +54,22 @@ struct GridSlopes {
 };
 /// `corrected`: whether the bricks are drawn, where there are some. Works in parallel.
 GridSlopes gridSlopes(const GridField& field, bool corrected);
+/// That they take in memory.
+std::uint64_t gridSlopesBytes(const GridField& field, bool corrected);
 
-/// What is known of a field; nothing is owned.
+/// What is known of a field; nothing is owned but its slopes.
 struct SeenField {
     const TransferTable* table = nullptr;
     const VisibleBlocks* blocks = nullptr;  ///< null: nothing of it is seen
     const BlockRanges* ranges = nullptr;    ///< of the same blocks; null with them
-    const GridSlopes* slopes = nullptr;     ///< where its extinction goes by them; null with the blocks
+    /// Where its extinction goes by them; null with the blocks.
+    std::shared_ptr<const GridSlopes> slopes = nullptr;
 };
 
 class SeenFields {
   public:
+    /// Slopes count to `budget` from now on, and may go for others; null, as at first: to none.
+    void countTo(std::shared_ptr<storage::BlockBudget> budget) { slopes_.countTo(std::move(budget)); }
     /// `samples`: the plan's. Works in parallel.
     SeenField of(const FieldPlan& plan, const CorrectedField& samples);
     /// `ranges` tells those of the field's extinction, where they are not known.
@@ -82,16 +88,17 @@ class SeenFields {
         const void* key;
         bool corrected, mixed;
         BlockRanges ranges;
-        std::optional<GridSlopes> slopes;  ///< once they are asked for
-        std::list<Visible> visible;        ///< used last first
+        std::list<Visible> visible;  ///< used last first
     };
     static constexpr std::size_t kept = 16;  ///< curves of a field: more than a picture has layers
 
     Resident& resident(const std::shared_ptr<const void>& data, bool corrected, bool mixed,
                        const std::function<BlockRanges()>& ranges);
+    std::shared_ptr<const GridSlopes> slopesOf(const CorrectedField& samples);
 
     TransferTables<TransferTable> tables_;
     std::list<Resident> fields_;
+    storage::CountedCache<bool, GridSlopes> slopes_;  ///< by whether they are the bricks', too
 };
 
 }  // namespace mote::render

@@ -9,6 +9,7 @@
 
 #include "protocol/base/error.h"
 #include "server/render/plan/grid_field.h"
+#include "storage/blocks/block_budget.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -36,6 +37,8 @@ class RankSteps {
     /// Whole. Errors: of loadHybrid; corrupt if the dataset is not the one that was named,
     /// resourceExhausted.
     virtual Result<std::shared_ptr<const GridField>> openGrid(const Name& name) = 0;
+    /// What its steps count to, and what is made of them; null: nobody counts.
+    virtual std::shared_ptr<storage::BlockBudget> budget() const { return nullptr; }
     /// Before a picture's first step: what the one before it held may leave memory.
     virtual void beginPicture() {}
 };

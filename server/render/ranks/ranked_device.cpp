@@ -134,7 +134,9 @@ class ForgottenPictures {
 class ServedPictures {
   public:
     ServedPictures(Ranks& ranks, RankSteps& steps, unsigned threads)
-        : ranks_(ranks), steps_(steps), parts_(threads) {}
+        : ranks_(ranks), steps_(steps), parts_(threads) {
+        parts_.fields.countTo(steps.budget());
+    }
 
     /// `message`: as pack() made it.
     void serve(const Bytes& message) {
@@ -321,6 +323,10 @@ std::unique_ptr<UnfinishedPicture> RankedDevice::begin(const FramePlan& plan, Pi
     order.colors = *std::move(colors);
     auto picture = std::make_unique<Unfinished>(*state_, std::move(order));
     return picture->begin(stop) ? std::move(picture) : nullptr;
+}
+
+void RankedDevice::countTo(const std::shared_ptr<storage::BlockBudget>& budget) {
+    state_->parts.fields.countTo(budget);
 }
 
 void RankedDevice::trim() {

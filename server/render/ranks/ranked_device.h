@@ -27,6 +27,7 @@ class RankedDevice final : public Device {
     /// Other ranks keep their parts of a picture that gives way, until they hear that it is gone.
     std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
                                              std::stop_token stop) override;
+    void countTo(const std::shared_ptr<storage::BlockBudget>& budget) override;
     void trim() override;
 
   private:

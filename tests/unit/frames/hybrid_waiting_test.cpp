@@ -58,6 +58,7 @@ class NotingDevice final : public render::Device {
     explicit NotingDevice(Drawn& drawn) : drawn_(drawn) {}
     std::string name() const override { return "noting"; }
     void trim() override {}
+    void countTo(const std::shared_ptr<storage::BlockBudget>& budget) override { budget->takeAnyway(1000); }
     std::optional<render::Picture> render(const render::FramePlan& plan, render::PixelFormat format,
                                           std::stop_token) override {
         for (const auto& field : plan.fields) drawn_.push_back(field.grid()->grid);
@@ -108,6 +109,14 @@ TEST_F(HybridWaiting, EachStepThatIsPlayedIsWaitedForUnlessAHandMovesTheView) {
     EXPECT_THAT(drawn_, testing::IsEmpty());
     EXPECT_TRUE(make(Stage::quick, true)->picture);
     EXPECT_THAT(drawn_, testing::ElementsAre(source_.volume));
+}
+
+TEST_F(HybridWaiting, WhatTheDeviceMakesCountsToTheData) {
+    const auto data = std::make_shared<storage::BlockBudget>(10000);
+    const auto memory = std::make_shared<PictureMemory>(10000, data);
+    const PictureMaker maker([this] { return std::make_unique<NotingDevice>(drawn_); }, source_, {},
+                             render::WorkInTurns::shortTurn, memory);
+    EXPECT_EQ(data->resident(), 1000U);
 }
 
 TEST_F(HybridWaiting, BothAreDrawnFromTheWholeStepOnceItIsThere) {

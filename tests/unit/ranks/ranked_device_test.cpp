@@ -5,6 +5,7 @@
 
 #include <new>
 
+#include "server/render/cpu/composite/dark_cells.h"
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
@@ -110,6 +111,14 @@ TEST(RankedDevice, DrawsLargePicturesInBatchesAndOtherFormats) {
     const auto half = draw(crew.device(), plan, PixelFormat::linearHalf);
     EXPECT_EQ(half.format, PixelFormat::linearHalf);
     EXPECT_EQ(half.pixels.size(), std::size_t{8} * plan.width * plan.height);
+}
+
+TEST(RankedDevice, EachRankCountsWhatItMakesOfFields) {
+    const auto scene = makeScene("hybridResidual");
+    RankCrew crew(3, scene);
+    draw(crew.device(), makeFramePlan(scene, render::Quality::exact()));
+    for (int rank = 0; rank < 3; ++rank)
+        EXPECT_EQ(crew.steps(rank).memory->resident(), render::DarkCells::bytesOf(*scene.layers[0].hybrid));
 }
 
 TEST(RankedDevice, DrawsTheStrokesOfOneRank) {

@@ -109,7 +109,7 @@ GridSamples gridSamples(const CorrectedField& field, const VisibleField& visible
         .dark = visible.dark.get(),
         .correction = static_cast<float>(field.correction),
         .steepness = static_cast<float>(field.steepness),
-        .slopes = seen.slopes,
+        .slopes = seen.slopes.get(),
         .gradient = static_cast<float>(field.gradient),
         // Twice as many to a cell of the coarse grid as to one of a brick; whole, so that both meet.
         .stride = std::max(1.0F, std::floor(static_cast<float>(0.5 * std::min({ratio.x, ratio.y, ratio.z})))),

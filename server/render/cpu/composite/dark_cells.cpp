@@ -166,6 +166,10 @@ CellBits litCells(const std::uint16_t* values, const std::vector<CodeGap>& gaps)
     return bits;
 }
 
+std::size_t rowsOf(const GridBricks& bricks) {
+    return std::max<std::size_t>(bricks.corrected(), 1) * DarkCells::rowsOfBrick;
+}
+
 }  // namespace
 
 CodePlaces::CodePlaces(const GridField& field, const TransferTable& table) {
@@ -174,11 +178,16 @@ CodePlaces::CodePlaces(const GridField& field, const TransferTable& table) {
     shift = static_cast<float>(1.0 + (field.range.low - table.low()) * perValue);
 }
 
+std::uint64_t DarkCells::bytesOf(const GridField& field) {
+    return field.bricks->numbers.size() * sizeof(std::int32_t) +
+           rowsOf(*field.bricks) * sizeof(std::uint32_t);
+}
+
 DarkCells::DarkCells(const GridField& field, const TransferTable& table, const VisibleBlocks& blocks)
     : places_(field.bricks->numbers) {
     const GridBricks& bricks = *field.bricks;
     const std::vector<CodeGap> gaps = gapsOf(table, CodePlaces(field, table));
-    rows_.resize(std::max<std::size_t>(bricks.corrected(), 1) * rowsOfBrick);
+    rows_.resize(rowsOf(bricks));
     tbb::parallel_for(std::size_t{0}, bricks.numbers.size(), [&](std::size_t i) {
         const std::uint8_t kind = blocks.steps()[i];
         if (kind < VisibleBlocks::visible) {

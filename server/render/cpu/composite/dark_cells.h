@@ -26,6 +26,8 @@ class DarkCells {
   public:
     /// Works in parallel. `blocks`: where the field is visible, one a brick.
     DarkCells(const GridField& field, const TransferTable& table, const VisibleBlocks& blocks);
+    /// That those of a field take in memory.
+    static std::uint64_t bytesOf(const GridField& field);
 
     /// Of each block: the place of its brick among the corrected, to be asked by rows; `unknown` where
     /// nothing is corrected and something may show; else, where nothing shows, `unknown` less the steps,

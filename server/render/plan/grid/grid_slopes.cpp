@@ -93,6 +93,12 @@ void addBrick(const GridBricks& bricks, std::size_t brick, const VolumeSamples& 
 
 }  // namespace
 
+std::uint64_t gridSlopesBytes(const GridField& field, bool corrected) {
+    const std::uint64_t coarse = field.coarse.index({0, 0, field.coarse.size.z}) + moreSlopes;
+    if (!corrected || field.bricks == nullptr) return coarse;
+    return coarse + field.bricks->corrected() * GridBricks::volume + moreSlopes;
+}
+
 GridSlopes gridSlopes(const GridField& field, bool corrected) {
     const Steepness steepness(field);
     GridSlopes slopes{coarseSlopes(field.coarse, steepness), {}};
