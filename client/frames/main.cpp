@@ -103,7 +103,7 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
     }
     const auto folder =
         options.video.parent_path() / fmt::format(".{}.fetched", options.video.filename().string());
-    const auto made = [&]() -> Status {
+    auto made = [&]() -> Status {
         MOTE_ASSIGN_OR_RETURN(const auto count, fetchPictures(fetching, job, folder, bar));
         return videoOfFolder(options, film, folder, count, interrupt);
     }();

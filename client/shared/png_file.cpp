@@ -249,7 +249,7 @@ Result<PngPicture> pictureOf(std::span<const std::uint8_t> header) {
 
 /// Rows with their filters' numbers before them become pixels.
 Status unfilter(std::span<const std::uint8_t> rows, PngPicture& picture) {
-    const std::size_t pixel = 3 * (picture.bits / 8), size = picture.width * pixel;
+    const std::size_t pixel = std::size_t{3} * (picture.bits / 8), size = picture.width * pixel;
     picture.bytes.resize(size * picture.height);
     const std::vector<std::uint8_t> none(size);
     const std::uint8_t* above = none.data();

@@ -102,7 +102,7 @@ std::string sentenceOf(const CLI::App& program, const CLI::ParseError& error) {
         if (auto one = oneOfSentence(error.what()); !one.empty()) return one;
     }
     constexpr std::string_view convert = "Could not convert: ", missing = " missing", required = " required ";
-    const std::string text = error.what();
+    std::string text = error.what();
     if (text.rfind(convert, 0) == 0) {
         const auto equals = text.find(" = ");
         const auto name = text.substr(convert.size(), equals - convert.size());

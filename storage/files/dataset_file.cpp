@@ -203,7 +203,7 @@ Status publishByRename(const std::filesystem::path& from, const std::filesystem:
         return Error{ErrorCode::alreadyExists, to.string(), "exists already and is never replaced"};
     }
     if (number != 0) return systemError(number, to.string(), "cannot be put in place");
-    const auto synced = syncPath(folderOf(to));
+    auto synced = syncPath(folderOf(to));
     // Who is told of an error finds nothing, as after any other.
     if (!synced.ok()) static_cast<void>(renameNew(to, from));
     return synced;

@@ -116,6 +116,7 @@ LengthField lengthField(std::string_view path) {
         type = field->message_type();
         rest.remove_prefix(std::min(end + 1, rest.size()));
     }
+    MOTE_CHECK(field != nullptr);  // of a path that is not empty
     const auto ends = endsOf(*field).value();
     return {path, ends.least, ends.greatest};
 }

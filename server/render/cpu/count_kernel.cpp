@@ -189,11 +189,15 @@ class FlatSpread {
             const std::int32_t across = at.right - at.left;
             if (across <= 4) {
                 addDisc<4>(discs, i, at);
-            } else if (across <= 8 || mostLanes <= 8) {
-                addDisc<std::min<std::size_t>(mostLanes, 8)>(discs, i, at);
-            } else {
-                addDisc<mostLanes>(discs, i, at);
+                continue;
             }
+            if constexpr (mostLanes > 8) {
+                if (across <= 8) {
+                    addDisc<8>(discs, i, at);
+                    continue;
+                }
+            }
+            addDisc<mostLanes>(discs, i, at);
         }
     }
 
@@ -203,8 +207,9 @@ class FlatSpread {
     static constexpr LaneOffsets offsets = [] {
         LaneOffsets made{};
         for (std::size_t lane = 0; lane < mostLanes; ++lane) {
+            const std::size_t row = lane / columns;
             made.x[lane] = static_cast<float>(lane % columns) + 0.5F;
-            made.y[lane] = static_cast<float>(lane / columns) + 0.5F;
+            made.y[lane] = static_cast<float>(row) + 0.5F;
         }
         return made;
     }();

@@ -371,8 +371,9 @@ class TileDiscs {
         for (std::size_t lane = 0; lane < mostLanes; ++lane) {
             const std::size_t block = lane / 4, inside = lane % 4;
             const std::size_t pixel = (inside < 2 ? 0 : mostLanes / 2) + 2 * block + inside % 2;
+            const std::size_t row = pixel / edge;
             made.x[lane] = static_cast<float>(pixel % edge) + 0.5F;
-            made.y[lane] = static_cast<float>(pixel / edge) + 0.5F;
+            made.y[lane] = static_cast<float>(row) + 0.5F;
         }
         return made;
     }();
