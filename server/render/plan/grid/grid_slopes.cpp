@@ -69,23 +69,50 @@ std::vector<std::uint8_t> coarseSlopes(const SampleGrid& grid, const Steepness& 
     return made;
 }
 
+/// Codes of a brick's samples, and of those around them, where its own end and another grid's may begin.
+class BrickCodes {
+  public:
+    BrickCodes(const GridBricks& bricks, std::size_t brick, const VolumeSamples& samples)
+        : values_(bricks.values.data() +
+                  static_cast<std::size_t>(bricks.numbers[brick]) * GridBricks::volume),
+          first_(static_cast<int>(GridBricks::edge) * glm::ivec3(brick % bricks.count.x,
+                                                                 brick / bricks.count.x % bricks.count.y,
+                                                                 brick / bricks.count.x / bricks.count.y)),
+          samples_(samples) {}
+
+    /// Of the whole grid, its first sample.
+    const glm::ivec3& first() const { return first_; }
+    /// `at`: of the whole grid; may lie one beyond it.
+    double operator()(const glm::ivec3& at) const {
+        constexpr std::uint32_t side = GridBricks::samples;
+        const glm::uvec3 inside(at - first_);
+        // Its outermost ones belong to the bricks behind it.
+        if (inside.x < GridBricks::edge && inside.y < GridBricks::edge && inside.z < GridBricks::edge)
+            return values_[(inside.z * side + inside.y) * side + inside.x];
+        return samples_.code(glm::vec3(at) + 0.5F);
+    }
+
+  private:
+    const std::uint16_t* values_;
+    glm::ivec3 first_;
+    const VolumeSamples& samples_;
+};
+
 /// Of each of a brick's samples, also of those that it shares with the next ones.
 void addBrick(const GridBricks& bricks, std::size_t brick, const VolumeSamples& samples,
               const Steepness& steepness, std::vector<std::uint8_t>& made) {
-    const glm::uvec3 count = bricks.count;
-    const glm::uvec3 first =
-        GridBricks::edge * glm::uvec3(brick % count.x, brick / count.x % count.y, brick / count.x / count.y);
+    const BrickCodes codes(bricks, brick, samples);
+    const glm::ivec3 last(bricks.size - 1U);
     std::size_t to = static_cast<std::size_t>(bricks.numbers[brick]) * GridBricks::volume;
     for (std::uint32_t i = 0; i < GridBricks::volume; ++i) {
         constexpr std::uint32_t side = GridBricks::samples;
-        const glm::uvec3 at = first + glm::uvec3(i % side, i / side % side, i / side / side);
-        const glm::vec3 place = glm::vec3(glm::min(at, bricks.size - 1U)) + 0.5F;
+        const glm::ivec3 at =
+            glm::min(codes.first() + glm::ivec3(i % side, i / side % side, i / side / side), last);
         glm::dvec3 slope(0.0);
         for (int axis = 0; axis < 3; ++axis) {
-            glm::vec3 step(0.0F);
-            step[axis] = 1.0F;
-            slope[axis] = 0.5 * bricks.size[axis] *
-                          (double{samples.code(place + step)} - double{samples.code(place - step)});
+            glm::ivec3 step(0);
+            step[axis] = 1;
+            slope[axis] = 0.5 * bricks.size[axis] * (codes(at + step) - codes(at - step));
         }
         made[to++] = steepness(slope);
     }
