@@ -70,7 +70,7 @@ struct DarkAxis {
 
 /// Rays that have come to what may show wait for the others, so that a vector's are reckoned together, unless
 /// they are more than so many times as many.
-constexpr std::size_t waitFor = 4;
+constexpr std::size_t waitFor = 2;
 
 /// Where rays are that were taken past what shows nothing.
 struct LitCells {

@@ -15,7 +15,7 @@
 #include <array>
 #include <cmath>
 
-#include "server/render/cpu/composite/density_sample-inl.h"
+#include "server/render/cpu/composite/cubic-inl.h"
 #include "server/render/cpu/composite/grid_pieces-inl.h"
 #include "server/render/cpu/composite/light-inl.h"
 
@@ -283,11 +283,11 @@ class PartLight {
         const V rate = hn::Mul(way, part.length);
         const V first = hn::Mul(hn::Mul(rate, part.front.slope), part.before.left);
         const V last = hn::Mul(hn::Mul(rate, part.back.slope), part.after.left);
-        left_ = Cubic(part.before.left, part.after.left, hn::Neg(first), hn::Neg(last));
+        left_ = Cubic::between(part.before.left, part.after.left, hn::Neg(first), hn::Neg(last));
         const V scale = hn::Set(d, colorScale);
         const V firstLight = hn::Mul(first, scale), lastLight = hn::Mul(last, scale);
         const auto gained = [&](V before, V after, V front, V back) HWY_ATTR {
-            return Cubic(before, after, hn::Mul(firstLight, front), hn::Mul(lastLight, back));
+            return Cubic::between(before, after, hn::Mul(firstLight, front), hn::Mul(lastLight, back));
         };
         red_ = gained(part.before.red, part.after.red, part.front.red, part.back.red);
         green_ = gained(part.before.green, part.after.green, part.front.green, part.back.green);
@@ -315,20 +315,6 @@ class PartLight {
     }
 
   private:
-    /// By what it is and its slopes at 0 and at 1.
-    struct Cubic {
-        V c0, c1, c2, c3;
-
-        HWY_INLINE Cubic() = default;
-        HWY_INLINE Cubic(V first, V last, V firstSlope, V lastSlope) : c0(first), c1(firstSlope) {
-            const Floats d;
-            const V change = hn::Sub(last, first), slopes = hn::Add(firstSlope, lastSlope);
-            c3 = hn::MulAdd(change, hn::Set(d, -2.0F), slopes);
-            c2 = hn::Sub(hn::Sub(change, firstSlope), c3);
-        }
-        HWY_INLINE V at(V s) const { return hn::MulAdd(hn::MulAdd(hn::MulAdd(c3, s, c2), s, c1), s, c0); }
-    };
-
     HWY_INLINE static V held(V share) {
         const Floats d;
         return hn::Min(hn::Max(share, hn::Zero(d)), hn::Set(d, 1.0F));
@@ -476,8 +462,7 @@ HWY_INLINE Sample marchGridCells(const GridSource& source, const PacketRays& pac
             light.gone();
             return light.seen();
         },
-        [&](const LitPiece& piece)
-            HWY_ATTR { light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue); });
+        LightSums{light});
 }
 
 /// Marches from `front`, in a slab, to another, through a field of samples by samples at multiples of
@@ -494,9 +479,7 @@ HWY_INLINE Sample marchGridEvenly(const GridSource& source, const PacketRays& pa
         const float place = std::min((first + static_cast<float>(i)) * segment, to);
         const V way = rays.way(hn::Set(d, place));
         const Sample back = sampleAt(source, axes, way);
-        takeEvenly(source, axes, front, back, length, [&](const LitPiece& piece) HWY_ATTR {
-            light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
-        });
+        takeEvenly(source, axes, front, back, length, LightSums{light});
         front = back;
         if (light.gone()) break;
     }

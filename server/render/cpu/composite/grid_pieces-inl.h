@@ -9,157 +9,34 @@
 #define MOTE_GRID_PIECES_INL_H
 #endif
 
-#include "server/render/cpu/composite/grid_cell-inl.h"
+#include "server/render/cpu/composite/lit_path-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// What lies between two samples of a field of samples, in its light. `shadeAt(way)`; `length`: of a way
-/// of 1.
-struct LitPiece {
-    V depth;  ///< optical depth, over that of a way of length 1
-    V red, green, blue;
-
-    template <class ShadeAt>
-    HWY_INLINE LitPiece(const ShadeAt& shadeAt, const Piece& piece, const Sample& from, const Sample& to,
-                        V length)
-        : depth(piece.depth) {
-        const Floats d;
-        const Blend blend(from, to, piece.mean, hn::Mul(piece.depth, length));
-        const Shade shade = shadeAt(blend(from.way, to.way));
-        depth = hn::Mul(depth, shade.share);
-        const V scale = hn::Mul(shade.diffuse, hn::Set(d, colorScale));
-        red = hn::MulAdd(blend(from.red, to.red), scale, shade.specular);
-        green = hn::MulAdd(blend(from.green, to.green), scale, shade.specular);
-        blue = hn::MulAdd(blend(from.blue, to.blue), scale, shade.specular);
-    }
-};
-
-/// An optical depth of one piece, a change of it by what changes within, and a change of value, as the table
-/// counts it, from which on it must be looked at more closely.
-constexpr float deepPiece = 0.2F;
-constexpr float bentPiece = 0.03F;
-constexpr float steepPiece = 0.05F * TransferTable::cells;
-constexpr float mostPiecesOfOne = 16.0F;
 /// So much may a density's change differ from an even one, as the table counts it.
 constexpr float bentDensity = 0.0025F * TransferTable::cells;
-/// So many that they are worth cutting; of what was cut once, more.
-constexpr float enoughPieces[] = {1.0F, 2.0F};
 
-/// The one or the other sample, by ray.
-HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample& other) {
-    const auto either = [&](V a, V b) HWY_ATTR { return hn::IfThenElse(first, a, b); };
-    return {either(one.way, other.way),           either(one.density, other.density),
-            either(one.integral, other.integral), either(one.slope, other.slope),
-            either(one.red, other.red),           either(one.green, other.green),
-            either(one.blue, other.blue)};
-}
-
-/// Into how many pieces a ray wants what lies between two samples to be cut, before it is rounded: where it
-/// is dense, where extinction bends, where the value is steep. 0 where nothing shows. `length`: of a way
-/// of 1.
-HWY_INLINE V piecesWanted(const Piece& whole, const Sample& front, const Sample& back, V length) {
-    const Floats d;
-    const V change = hn::Mul(hn::Abs(hn::Sub(back.density, front.density)), hn::Set(d, 1.0F / steepPiece));
-    const V depth = hn::Mul(hn::Mul(whole.depth, length), hn::Set(d, 1.0F / deepPiece));
-    // A wrong value between the two costs what extinction would have changed by.
-    const V level = hn::Mul(hn::Add(front.slope, back.slope), hn::Set(d, 0.5F));
-    const V bend = hn::MulAdd(hn::Abs(hn::Sub(whole.mean, level)), hn::Set(d, 4.0F),
-                              hn::Abs(hn::Sub(back.slope, front.slope)));
-    const V bent =
-        hn::Mul(hn::Mul(bend, hn::Sub(back.way, front.way)), hn::Mul(length, hn::Set(d, 1.0F / bentPiece)));
-    return hn::IfThenElseZero(hn::Gt(whole.depth, hn::Zero(d)), hn::Max(hn::Max(change, bent), depth));
-}
-
-/// The density along rays through a cell: in s, from 0 at the front to 1 at the back of the way, the cubic
-/// ((c3 s + c2) s + c1) s + the front's.
+/// The density along rays through a cell, in s from 0 at the front to 1 at the back of the way.
 struct CellPath {
     const Sample &front, &back;
     V way;
-    V c1, c2, c3;
+    Cubic density;
 
     /// `y1`, `y2`: the density at both thirds. `even`: the rays along which it is taken as linear, whatever
     /// these say: a cubic through a kink would leave the range of the cell's corners.
     HWY_INLINE CellPath(const Sample& first, V y1, V y2, const Sample& last, hn::Mask<Floats> even)
-        : front(first), back(last), way(hn::Sub(back.way, front.way)) {
-        const Floats d;
-        const V ends = hn::Sub(back.density, front.density), thirds = hn::Sub(y2, y1);
-        const V third = hn::Mul(hn::Sub(ends, hn::Mul(thirds, hn::Set(d, 3.0F))), hn::Set(d, 4.5F));
-        const V bend = hn::Mul(hn::Sub(hn::Sub(y1, front.density), thirds), hn::Set(d, -4.5F));
-        c3 = hn::IfThenZeroElse(even, third);
-        c2 = hn::IfThenZeroElse(even, hn::Sub(bend, third));
-        c1 = hn::Sub(hn::Sub(ends, c2), c3);
+        : front(first),
+          back(last),
+          way(hn::Sub(back.way, front.way)),
+          density(Cubic::through(front.density, y1, y2, back.density)) {
+        density.c3 = hn::IfThenZeroElse(even, density.c3);
+        density.c2 = hn::IfThenZeroElse(even, density.c2);
+        density.c1 = hn::IfThenElse(even, hn::Sub(back.density, front.density), density.c1);
     }
     HWY_INLINE V wayAt(V s) const { return hn::MulAdd(s, way, front.way); }
-    HWY_INLINE V densityAt(V s) const {
-        return hn::MulAdd(hn::MulAdd(hn::MulAdd(c3, s, c2), s, c1), s, front.density);
-    }
 };
-
-/// A way through a cell, in light. `length`: of a way of 1; `lit`: the rays that may see something of it, all
-/// others meet nothing.
-struct LitPath {
-    const GridSource& source;
-    const CellPath& path;
-    const CellLight& light;
-    V length;
-    hn::Mask<Floats> lit;
-
-    HWY_INLINE Sample sampleAt(V way) const {
-        const Floats d;
-        const V share = hn::Div(hn::Sub(way, path.front.way), hn::Max(path.way, hn::Set(d, 1e-12F)));
-        return source.sampleWith(way, path.densityAt(share));
-    }
-    HWY_INLINE LitPiece piece(const Piece& piece, const Sample& from, const Sample& to) const {
-        LitPiece own([&](V way) HWY_ATTR { return light.shadeAt(way); }, piece, from, to, length);
-        own.depth = hn::IfThenElseZero(lit, own.depth);
-        return own;
-    }
-    HWY_INLINE bool showsNothing(V depth) const {
-        return hn::AllFalse(Floats(), hn::And(lit, hn::Gt(depth, hn::Zero(Floats()))));
-    }
-};
-
-template <int level, class Take>
-void takePieces(const LitPath& path, const Sample& front, const Sample& back, const Take& take);
-
-/// Each ray in as many pieces as it wants itself: what its neighbours in the vector want must not show. One
-/// that has arrived stays at `back`, where its pieces are empty. `wanted`: 0 of rays that want one.
-template <int level, class Take>
-HWY_INLINE void cutPieces(const LitPath& path, const Sample& front, const Sample& back, V wanted,
-                          const Take& take) {
-    const Floats d;
-    const V pieces =
-        hn::Floor(hn::Add(hn::Min(wanted, hn::Set(d, mostPiecesOfOne - 1.0F)), hn::Set(d, 1.0F)));
-    const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
-    const V step = hn::Div(hn::Sub(back.way, front.way), pieces);
-    Sample from = front;
-    float i = 0.0F;
-    while (++i <= most) {
-        const auto arrived = hn::Ge(hn::Set(d, i), pieces);
-        const Sample to =
-            hn::AllTrue(d, arrived) ? back : choose(arrived, back, path.sampleAt(hn::Add(from.way, step)));
-        takePieces<level + 1>(path, from, to, take);
-        from = to;
-    }
-}
-
-/// Hands to `take(LitPiece)` what lies between two samples of a cell, in several pieces where some of the
-/// rays want that, and these once more.
-template <int level = 0, class Take>
-HWY_INLINE void takePieces(const LitPath& path, const Sample& front, const Sample& back, const Take& take) {
-    const Floats d;
-    const Piece whole(front, back);
-    if (path.showsNothing(whole.depth)) return;
-    if constexpr (level < 2) {
-        const V wanted = piecesWanted(whole, front, back, path.length);
-        const auto many = hn::And(path.lit, hn::Ge(wanted, hn::Set(d, enoughPieces[level])));
-        if (!hn::AllFalse(d, many))
-            return cutPieces<level>(path, front, back, hn::IfThenElseZero(many, wanted), take);
-    }
-    take(path.piece(whole, front, back));
-}
 
 /// Where to cut a way through a cell, as shares of it: between cuts the density only rises or only falls, so
 /// that no sheet is passed by. What bends without that is cut in the middle.
@@ -170,19 +47,19 @@ struct MonotoneCuts {
     HWY_INLINE explicit MonotoneCuts(const CellPath& path) {
         const Floats d;
         const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
-        once = hn::Gt(hn::Add(hn::Abs(path.c2), hn::Abs(path.c3)), hn::Set(d, bentDensity));
+        once = hn::Gt(hn::Add(hn::Abs(path.density.c2), hn::Abs(path.density.c3)), hn::Set(d, bentDensity));
         twice = hn::FirstN(d, 0);
         first = second = one;
         if (hn::AllFalse(d, once)) return;
         // The derivative is c1 + 2 c2 s + 3 c3 s^2.
-        const V three = hn::Mul(path.c3, hn::Set(d, 3.0F));
-        const V square = hn::Sub(hn::Mul(path.c2, path.c2), hn::Mul(three, path.c1));
+        const V three = hn::Mul(path.density.c3, hn::Set(d, 3.0F));
+        const V square = hn::Sub(hn::Mul(path.density.c2, path.density.c2), hn::Mul(three, path.density.c1));
         const V root = hn::Sqrt(hn::Max(square, zero));
-        const V far = hn::Neg(hn::Add(path.c2, hn::CopySign(root, path.c2)));
+        const V far = hn::Neg(hn::Add(path.density.c2, hn::CopySign(root, path.density.c2)));
         const auto counts = [&](V s) HWY_ATTR {
             return hn::And(hn::And(once, hn::Ge(square, zero)), hn::And(hn::Gt(s, zero), hn::Lt(s, one)));
         };
-        const V s = hn::Div(far, three), t = hn::Div(path.c1, far);
+        const V s = hn::Div(far, three), t = hn::Div(path.density.c1, far);
         const auto atS = counts(s), atT = counts(t);
         twice = hn::And(atS, atT);
         first = hn::IfThenElse(atS, s, hn::IfThenElse(atT, t, hn::Set(d, 0.5F)));
@@ -191,46 +68,73 @@ struct MonotoneCuts {
     }
 };
 
-/// Hands to `take(LitPiece)` what rays meet on a path in a cell. `light`: the cell's, once it is needed.
-template <class Take>
+/// A path in the light of its cell. `length`: of a way of 1.
+HWY_INLINE LitPath litPath(const GridSource& source, const CellPath& path, const CellLight& light, V length) {
+    const V third = hn::Mul(path.way, hn::Set(Floats(), 1.0F / 3.0F));
+    const Shade front = light.shadeAt(path.front.way), near = light.shadeAt(hn::Add(path.front.way, third)),
+                far = light.shadeAt(hn::Sub(path.back.way, third)), back = light.shadeAt(path.back.way);
+    const auto along = [&](V Shade::*part) HWY_ATTR {
+        return Cubic::through(front.*part, near.*part, far.*part, back.*part);
+    };
+    LitPath lit{source,
+                path.density,
+                along(&Shade::diffuse),
+                along(&Shade::specular),
+                along(&Shade::share),
+                path.front,
+                hn::Mul(path.way, length)};
+    lit.front.way = hn::Zero(Floats());
+    return lit;
+}
+
+/// Adds to `sums` what rays meet on a path in a cell. `light`: the cell's, once it is needed.
+template <class Sums>
 HWY_INLINE void takePath(const FieldCell& cell, const CellPath& path, V length, hn::Mask<Floats> lit,
-                         CellLight& light, const Take& take) {
+                         CellLight& light, const Sums& sums) {
     const Floats d;
     const GridSource& source = cell.source();
-    const Sample &front = path.front, &back = path.back;
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
     const MonotoneCuts cuts(path);
-    const auto sampleAt = [&](hn::Mask<Floats> cut, V s) HWY_ATTR {
-        return choose(cut, source.sampleWith(path.wayAt(s), path.densityAt(s)), back);
+    PieceSpans spans;
+    V seen = zero;
+    const auto cut = [&](V from, V to, const Sample& first, const Sample& last,
+                         hn::Mask<Floats> there) HWY_ATTR {
+        const Piece whole(first, last);
+        seen = hn::Add(seen, whole.depth);
+        spans.add(from, to, hn::IfThenElseZero(there, pieceCount(piecesWanted(whole, first, last, length))));
+    };
+    const auto sampleAt = [&](hn::Mask<Floats> which, V s) HWY_ATTR {
+        return choose(which, source.sampleWith(path.wayAt(s), path.density.at(s)), path.back);
     };
     const bool once = !hn::AllFalse(d, cuts.once), twice = !hn::AllFalse(d, cuts.twice);
-    const Sample first = once ? sampleAt(cuts.once, cuts.first) : back;
-    const Sample second = twice ? sampleAt(cuts.twice, cuts.second) : back;
-    V seen = Piece(front, first).depth;
-    if (once) seen = hn::Add(seen, Piece(first, second).depth);
-    if (twice) seen = hn::Add(seen, Piece(second, back).depth);
-    const LitPath all{source, path, light, length, lit};
-    if (all.showsNothing(seen)) return;
+    const Sample first = once ? sampleAt(cuts.once, cuts.first) : path.back;
+    cut(zero, cuts.first, path.front, first, lit);
+    if (once) {
+        const Sample second = twice ? sampleAt(cuts.twice, cuts.second) : path.back;
+        cut(cuts.first, cuts.second, first, second, cuts.once);
+        if (twice) cut(cuts.second, one, second, path.back, cuts.twice);
+    }
+    const auto shown = hn::And(lit, hn::Gt(seen, zero));
+    if (hn::AllFalse(d, shown)) return;
     light.readOnce(cell);
-    takePieces(all, front, first, take);
-    if (once) takePieces(all, first, second, take);
-    if (twice) takePieces(all, second, back, take);
+    sums.take(sumPieces<Sums>(litPath(source, path, light, length), spans, shown));
 }
 
 /// The same of what rays meet in a cell from a sample to a way, path by path. Returns a sample there.
-/// `even`: the rays to which its density does not change much.
-template <class Take>
+/// `even`: the rays to which its density does not change much; only `lit` ones meet something.
+template <class Sums>
 HWY_INLINE Sample takeCell(const FieldCell& cell, const ThreeAxes& rays, Sample front, V end, V length,
-                           hn::Mask<Floats> lit, hn::Mask<Floats> even, const Take& take) {
+                           hn::Mask<Floats> lit, hn::Mask<Floats> even, const Sums& sums) {
     const Floats d;
     CellLight light;
     do {
         // However close the kinks, each step must go on in single precision.
         const V smooth = hn::Max(cell.smoothFrom(rays, front.way), hn::Add(front.way, hn::Set(d, 1e-7F)));
-        const V next = hn::Min(hn::IfThenElse(even, end, smooth), end);
+        const V next = hn::Min(hn::IfThenElse(lit, smooth, end), end);
         const V third = hn::Mul(hn::Sub(next, front.way), hn::Set(d, 1.0F / 3.0F));
         const V y1 = cell.densityAt(hn::Add(front.way, third)), y2 = cell.densityAt(hn::Sub(next, third));
         const Sample back = cell.sampleAt(next);
-        takePath(cell, CellPath(front, y1, y2, back, even), length, lit, light, take);
+        takePath(cell, CellPath(front, y1, y2, back, even), length, lit, light, sums);
         front = back;
     } while (!hn::AllTrue(d, hn::Ge(front.way, end)));
     return front;
@@ -262,9 +166,9 @@ HWY_INLINE hn::Mask<Floats> darkCells(const GridSource& source, const GridPlace&
 
 /// The same from a sample to a way, through all cells between. `seen()`: the rays that see something yet.
 /// What a ray meets, and the slope at its end, do not depend on its neighbours in the vector.
-template <class Seen, class Take>
+template <class Seen, class Sums>
 HWY_INLINE Sample takeCells(const GridSource& source, const ThreeAxes& rays, const Sample& from, V end,
-                            V length, const Seen& seen, const Take& take) {
+                            V length, const Seen& seen, const Sums& sums) {
     const Floats d;
     Sample front = from;
     hn::Mask<Floats> kind = hn::FirstN(d, 0);  // of the cell before
@@ -291,7 +195,7 @@ HWY_INLINE Sample takeCells(const GridSource& source, const ThreeAxes& rays, con
         known = hn::AndNot(hn::Xor(kind, place.corrected), known);
         if (!hn::AllFalse(d, hn::AndNot(known, lit))) front = choose(known, front, cell.sampleAt(front.way));
         const auto even = hn::Or(dark, hn::Lt(hn::Sub(range.high, range.low), hn::Set(d, bentDensity)));
-        front = takeCell(cell, rays, front, leave, length, lit, even, take);
+        front = takeCell(cell, rays, front, leave, length, lit, even, sums);
         front.slope = hn::IfThenElse(lit, front.slope, darkSlope);
         kind = place.corrected;
         known = lit;
@@ -307,9 +211,9 @@ HWY_INLINE Sample sampleAt(const GridSource& source, const ThreeAxes& rays, V wa
 
 /// Hands to `take(LitPiece)` what lies between any two samples as one piece; what shows only between them is
 /// passed by.
-template <class Take>
+template <class Sums>
 HWY_INLINE void takeEvenly(const GridSource& source, const ThreeAxes& rays, const Sample& front,
-                           const Sample& back, V length, const Take& take) {
+                           const Sample& back, V length, const Sums& sums) {
     const Floats d;
     const Piece whole(front, back);
     if (hn::AllTrue(d, hn::Le(whole.depth, hn::Zero(d)))) return;
@@ -318,7 +222,7 @@ HWY_INLINE void takeEvenly(const GridSource& source, const ThreeAxes& rays, cons
         const FieldCell cell(source, place);
         return CellLight(cell).shadeAt(way);
     };
-    take(LitPiece(shadeAt, whole, front, back, length));
+    sums.take(LitPiece(shadeAt, whole, front, back, length));
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -357,17 +357,15 @@ class PacketWalk {
     HWY_INLINE Sample gridTo(std::size_t f, const RayLanes& rays, const Sample& front, V way,
                              Matter& matter) const {
         const V length = hn::LoadU(Floats(), packet_.rays[f].length.data() + lane_);
-        const auto take = [&](const LitPiece& piece) HWY_ATTR {
-            matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
-        };
+        const MatterSums sums{matter};
         const GridSource source(grid(f));
         const ThreeAxes axes = axesOf(rays, packet_.rays[f], lane_);
         if (frame_.cellByCell) {
             return takeCells(
-                source, axes, front, way, length, [&]() HWY_ATTR { return light_.seen(); }, take);
+                source, axes, front, way, length, [&]() HWY_ATTR { return light_.seen(); }, sums);
         }
         const Sample back = sampleAt(source, axes, way);
-        takeEvenly(source, axes, front, back, length, take);
+        takeEvenly(source, axes, front, back, length, sums);
         return back;
     }
 
