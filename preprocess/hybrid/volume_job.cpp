@@ -601,6 +601,7 @@ Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
         return openVolumeSource(steps[index], noted);
     };
     std::vector<fs::path> names;
+    names.reserve(steps.size());
     for (const auto& step : steps) names.push_back(step.input);
     return runNoted(request, open, {inputs, names}, output, resources, progress);
 }

@@ -48,7 +48,7 @@ class ParticleRandom {
     std::uint64_t seed_;
     std::uint64_t particle_;
     std::uint32_t draw_ = 0;
-    unsigned used_ = 2;
+    std::size_t used_ = 2;
     PhiloxBlock block_{};
 };
 

@@ -121,7 +121,7 @@ constexpr std::size_t keySize = 32;
 }  // namespace
 
 std::string videoTail(VideoFormat format, std::string_view key) {
-    const auto text = fmt::format("mote-frames {}\n", key);
+    auto text = fmt::format("mote-frames {}\n", key);
     switch (format) {
         case VideoFormat::mp4: {
             const std::size_t size = 8 + text.size();  // of the whole box, four bytes, then its kind

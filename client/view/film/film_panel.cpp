@@ -47,6 +47,7 @@ void chooseSize(FilmModel& model) {
     std::vector<FilmSize> sizes(usualSizes.begin(), usualSizes.end());
     if (std::find(sizes.begin(), sizes.end(), model.size()) == sizes.end()) sizes.push_back(model.size());
     std::vector<std::string> labels;
+    labels.reserve(sizes.size());
     for (const auto size : sizes) labels.push_back(nameOf(size));
     const std::vector<std::string_view> names(labels.begin(), labels.end());
     std::string chosen = nameOf(model.size());

@@ -184,7 +184,7 @@ class FieldPieces {
                     glm::dvec3(size) / glm::dvec3(cells_)};
         }
         const glm::ivec3 corner = block * edge, end = glm::min(corner + edge, cells_);
-        constexpr int samples = GridBricks::samples;
+        constexpr std::int64_t samples = GridBricks::samples;
         Grid grid{bricks_->values.data() + static_cast<std::size_t>(brick) * GridBricks::volume,
                   corner,
                   cells_ - 1,

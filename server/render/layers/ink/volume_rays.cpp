@@ -246,8 +246,8 @@ void VolumeRays::meet(const Way& way, const Stretch& stretch, double from, doubl
     if (sight.marks.empty() || sight.marks.back().depth < start)
         sight.marks.push_back({start, 1.0 - sight.left});
     const double parts = thickness > finest ? std::min(std::ceil(thickness / finest), mostParts) : 1.0;
-    for (double part = 0.0; part < parts; ++part) {
-        const double begin = part / parts, end = (part + 1.0) / parts;
+    for (int part = 0; part < static_cast<int>(parts); ++part) {
+        const double begin = part / parts, end = (part + 1) / parts;
         const double mean = parts == 1.0
                                 ? thickness
                                 : way.length * length *
