@@ -283,7 +283,7 @@ std::uint64_t countDiscsOf(const PointMap& map, const LeafRun& run, const FlatDi
             for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
                 const Projected at = toScreen(loadPlaces(points + k, run.end));
                 const Mask seen = near(at, hn::FirstN(floats, count - k));
-                discs.set<false>(at.x, at.y, at.x, seen, look.reach, spread.box());
+                discs.set(at.x, at.y, seen, look.reach, spread.box());
                 spread.add(discs);
                 drawn += discs.count();
             }
@@ -303,7 +303,7 @@ void countScreenDiscs(const PointMap& map, const ScreenPoint* points, std::size_
     const FlatSpread spread(map, look, counts);
     Discs discs;
     for (std::size_t i = 0; i < count; i += mostLanes) {
-        discs.set<false>(points + i, std::min(count - i, mostLanes), look.reach, spread.box());
+        discs.set(points + i, std::min(count - i, mostLanes), look.reach, spread.box());
         spread.add(discs);
     }
 }

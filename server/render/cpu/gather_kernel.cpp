@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "server/render/cpu/composite/disc_hits-inl.h"
 #include "server/render/cpu/point_places-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -337,135 +338,40 @@ void gatherGrouped(const PointMap& map, const LeafPoints* groups, std::size_t co
     gatherFrom(map, groups, count, GroupSource{points, levels}, tile, cells);
 }
 
-/// Adds discs to the cells of one tile, a packet's rows at a time.
-class TileDiscs {
-  public:
-    TileDiscs(const DiscFootprint& disc, Tile tile, TileCells& cells)
-        : disc_(disc),
-          box_{static_cast<std::int32_t>(tile.column * Tile::edge),
-               static_cast<std::int32_t>(tile.row * Tile::edge),
-               static_cast<std::int32_t>((tile.column + 1) * Tile::edge),
-               static_cast<std::int32_t>((tile.row + 1) * Tile::edge)},
-          lastSlab_(cells.slabs() - 1),
-          cells_(cells.cells()),
-          touched_(cells.touched()),
-          shades_(cells.shaded() ? cells.shades() : nullptr) {}
-
-    const PixelBox& box() const { return box_; }
-    bool shaded() const { return shades_ != nullptr; }
-
-    /// `levels`: of each disc, if they are shaded.
-    HWY_INLINE void add(const Discs& discs, float weighs, const float* levels) const {
-        for (std::size_t i = 0; i < discs.count(); ++i)
-            addDisc(discs, i, weighs, shaded() ? levels[i] : 0.0F);
-    }
-
-  private:
-    static constexpr std::int32_t edge = Tile::packetEdge, rows = static_cast<std::int32_t>(mostLanes) / edge;
-    static_assert(mostLanes == 4 || mostLanes == 8 || mostLanes == 16);
-
-    /// Lanes are the pixels of a packet's rows in such an order that weights and depths, interleaved within
-    /// blocks of 128 bits, are cells in theirs.
-    static constexpr LaneOffsets offsets = [] {
-        LaneOffsets made{};
-        for (std::size_t lane = 0; lane < mostLanes; ++lane) {
-            const std::size_t block = lane / 4, inside = lane % 4;
-            const std::size_t pixel = (inside < 2 ? 0 : mostLanes / 2) + 2 * block + inside % 2;
-            const std::size_t row = pixel / edge;
-            made.x[lane] = static_cast<float>(pixel % edge) + 0.5F;
-            made.y[lane] = static_cast<float>(row) + 0.5F;
-        }
-        return made;
-    }();
-
-    HWY_INLINE Float weightsOf(Int steps) const {
-        if (disc_.proportional())
-            return hn::Mul(hn::ConvertTo(floats, steps), hn::Set(floats, 1.0F / DiscFootprint::steps));
-        return hn::GatherIndex(floats, disc_.weights().data(), steps);
-    }
-
-    HWY_INLINE void addDisc(const Discs& discs, std::size_t i, float weighs, float level) const {
-        const PixelBox at = discs.box(i);
-        const std::uint32_t slab = std::min(static_cast<std::uint32_t>(discs.slab(i)), lastSlab_);
-        const Float place = hn::Set(floats, discs.slab(i) - static_cast<float>(slab));
-        const Float reach = hn::Set(floats, disc_.reach()), weight = hn::Set(floats, weighs);
-        const Float x = hn::Set(floats, discs.x(i)), y = hn::Set(floats, discs.y(i));
-        const Float offsetX = hn::Load(floats, offsets.x.data()),
-                    offsetY = hn::Load(floats, offsets.y.data());
-        PointCell* const cells = cells_ + std::size_t{slab} * Tile::pixels;
-        std::uint8_t* const touched = touched_ + std::size_t{slab} * Tile::packets;
-        const std::int32_t firstColumn = (at.left - box_.left) / edge * edge, end = at.right - box_.left;
-        for (std::int32_t row = (at.top - box_.top) / rows * rows; row < at.bottom - box_.top; row += rows) {
-            const Float dy =
-                hn::Sub(hn::Add(hn::Set(floats, static_cast<float>(box_.top + row)), offsetY), y);
-            for (std::int32_t column = firstColumn; column < end; column += edge) {
-                const Float dx =
-                    hn::Sub(hn::Add(hn::Set(floats, static_cast<float>(box_.left + column)), offsetX), x);
-                const Int steps = coverageSteps(dx, dy, reach);
-                if (hn::AllFalse(ints, hn::Gt(steps, hn::Zero(ints)))) continue;
-                const std::uint32_t pixel =
-                    Tile::pixelIndex(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
-                touched[pixel / Tile::packetPixels] = 1;
-                const Float covered = weightsOf(steps);
-                addTo(&cells[pixel].weight, hn::Mul(weight, covered), place);
-                if (shaded()) addTo(&shades_[pixel].weight, covered, hn::Set(floats, level));
-            }
-        }
-    }
-
-    /// Pairs of weights and of weights times a number.
-    HWY_INLINE static void addTo(float* sums, Float weight, Float number) {
-        static_assert(sizeof(PointCell) == 2 * sizeof(float) && sizeof(PixelShade) == 2 * sizeof(float));
-        const Float depth = hn::Mul(weight, number);
-        const auto add = [](float* to, Float what) {
-            hn::StoreU(hn::Add(hn::LoadU(floats, to), what), floats, to);
-        };
-        add(sums, hn::InterleaveLower(floats, weight, depth));
-        add(sums + mostLanes, hn::InterleaveUpper(floats, weight, depth));
-    }
-
-    const DiscFootprint& disc_;
-    const PixelBox box_;
-    const std::uint32_t lastSlab_;
-    PointCell* const cells_;
-    std::uint8_t* const touched_;
-    PixelShade* const shades_;  // null: none are told
-};
-
-template <bool perspective, class Source>
+template <bool perspective, bool shaded, class Source>
 void gatherDiscsOf(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
                    const DiscFootprint& disc, Tile tile, TileCells& cells) {
-    const TileDiscs tileDiscs(disc, tile, cells);
-    const NearBox near(tileDiscs.box(), disc.reach());
+    DiscHits<shaded> hits(disc, tile, cells);
+    const NearBox near(hits.box(), disc.reach());
     const Float farthest = hn::Set(floats, static_cast<float>(map.slabs()));
     LeafPlaces places;
-    Discs discs;
     visitLeaves<perspective, false>(
         map, leaves, count, source, places, [&](const LeafPoints& leaf, std::size_t i) {
             const LeafMap<perspective> toScreen(map, leaf.cell, places, i, Source::scale);
             const SlabRow toSlab = slabRow(map, leaf.cell, places, i, Source::scale);
+            hits.setWeight(leaf.weight());
             for (std::size_t k = 0; k < leaf.count(); k += hn::Lanes(floats)) {
                 const Places at = source.load(leaf.begin() + k);
                 const Projected pixel = toScreen(at);
                 const Mask seen = near(pixel, hn::FirstN(floats, leaf.count() - k));
-                if (hn::AllFalse(floats, seen)) continue;
                 const Float slab = hn::Min(hn::Max(toSlab(at), hn::Zero(floats)), farthest);
-                discs.set<true>(pixel.x, pixel.y, slab, seen, disc.reach(), tileDiscs.box());
-                HWY_ALIGN std::array<float, mostLanes> levels;
-                if (tileDiscs.shaded()) storePacked(floats, levelsOf(source, leaf, k), seen, levels.data());
-                tileDiscs.add(discs, leaf.weight(), levels.data());
+                const Float level = shaded ? levelsOf(source, leaf, k) : slab;
+                hits.take(pixel.x, pixel.y, slab, level, seen);
             }
         });
+    hits.finish();
 }
 
 template <class Source>
 void gatherDiscsFrom(const PointMap& map, const LeafPoints* leaves, std::size_t count, const Source& source,
                      const DiscFootprint& disc, Tile tile, TileCells& cells) {
-    if (map.perspective) {
-        gatherDiscsOf<true>(map, leaves, count, source, disc, tile, cells);
-    } else {
-        gatherDiscsOf<false>(map, leaves, count, source, disc, tile, cells);
-    }
+    const auto gather = [&](auto perspective, auto shaded) {
+        gatherDiscsOf<perspective(), shaded()>(map, leaves, count, source, disc, tile, cells);
+    };
+    const auto gatherMapped = [&](auto perspective) {
+        cells.shaded() ? gather(perspective, std::true_type()) : gather(perspective, std::false_type());
+    };
+    map.perspective ? gatherMapped(std::true_type()) : gatherMapped(std::false_type());
 }
 
 void gatherDiscs(const PointMap& map, const LeafPoints* leaves, std::size_t count,
@@ -480,16 +386,33 @@ void gatherGroupedDiscs(const PointMap& map, const LeafPoints* groups, std::size
     gatherDiscsFrom(map, groups, count, GroupSource{points, levels}, disc, tile, cells);
 }
 
+template <bool shaded>
+void gatherScreenDiscsOf(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
+                         TileCells& cells) {
+    DiscHits<shaded> hits(disc, tile, cells);
+    const NearBox near(hits.box(), disc.reach());
+    HWY_ALIGN std::array<ScreenPoint, mostLanes> tail{};
+    for (std::size_t i = 0; i < count; i += hn::Lanes(floats)) {
+        const ScreenPoint* from = points + i;
+        if (count - i < hn::Lanes(floats)) {
+            std::copy_n(from, count - i, tail.begin());
+            from = tail.data();
+        }
+        Float x, y, slab, level;
+        static_assert(sizeof(ScreenPoint) == 4 * sizeof(float));
+        hn::LoadInterleaved4(floats, &from->x, x, y, slab, level);
+        const Mask seen = near({x, y, hn::Eq(x, x)}, hn::FirstN(floats, count - i));
+        hits.take(x, y, slab, level, seen);
+    }
+    hits.finish();
+}
+
 void gatherScreenDiscs(const ScreenPoint* points, std::size_t count, const DiscFootprint& disc, Tile tile,
                        TileCells& cells) {
-    const TileDiscs tileDiscs(disc, tile, cells);
-    Discs discs;
-    for (std::size_t i = 0; i < count; i += mostLanes) {
-        const std::size_t size = std::min(count - i, mostLanes);
-        discs.set<true>(points + i, size, disc.reach(), tileDiscs.box());
-        std::array<float, mostLanes> levels;
-        for (std::size_t k = 0; k < size; ++k) levels[k] = points[i + k].level;
-        tileDiscs.add(discs, 1.0F, levels.data());
+    if (cells.shaded()) {
+        gatherScreenDiscsOf<true>(points, count, disc, tile, cells);
+    } else {
+        gatherScreenDiscsOf<false>(points, count, disc, tile, cells);
     }
 }
 

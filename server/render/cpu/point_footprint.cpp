@@ -56,12 +56,14 @@ DotFootprint pointFootprint(const PointLook& look) {
 }
 
 DiscFootprint::DiscFootprint(double size, double opacity)
-    : reach_(static_cast<float>(0.5 * size + 0.5)), proportional_(!(opacity > 0.0)) {
+    : reach_(static_cast<float>(0.5 * size + 0.5)),
+      opacity_(static_cast<float>(std::max(opacity, 0.0))),
+      ofLogarithm_(opacity > 0.0 ? static_cast<float>(1.0 / std::log1p(-opacity)) : 0.0F) {
     // A pixel of coverage c has the opacity c * opacity: its optical depth is not in proportion.
     for (std::uint32_t i = 0; i <= steps; ++i) {
         const double coverage = static_cast<double>(i) / steps;
         const double share =
-            proportional_ ? coverage : std::log1p(-opacity * coverage) / std::log1p(-opacity);
+            !(opacity > 0.0) ? coverage : std::log1p(-opacity * coverage) / std::log1p(-opacity);
         weight_[i] = static_cast<float>(share);
     }
 }

@@ -33,8 +33,12 @@ class DiscFootprint {
     float reach() const { return reach_; }
     /// The weight of a pixel by its coverage, in steps.
     const std::array<float, steps + 1>& weights() const { return weight_; }
-    /// Whether the weight is the coverage.
-    bool proportional() const { return proportional_; }
+    /// Whether the weight is the coverage, to within a 4096th.
+    bool proportional() const { return opacity_ < 1.0F / 512.0F; }
+    /// Of a whole point; 0: the weight is the coverage.
+    float opacity() const { return opacity_; }
+    /// 1 / ln(1 - opacity), where it is not 0.
+    float ofLogarithm() const { return ofLogarithm_; }
 
     /// Calls add(column, row, weight) for each pixel of `box` that a point at (x, y) covers: its optical
     /// depth over that of a whole point, above 0, at most 1.
@@ -43,7 +47,7 @@ class DiscFootprint {
 
   private:
     float reach_;
-    bool proportional_;
+    float opacity_, ofLogarithm_;
     std::array<float, steps + 1> weight_;  // by coverage
 };
 

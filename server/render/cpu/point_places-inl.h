@@ -284,12 +284,10 @@ HWY_INLINE Quarters countQuarters(const LeafPlaces& places, std::size_t leaf, co
 /// A vector of discs, and the pixels [left, right) x [top, bottom) of a box that each may touch.
 class Discs {
   public:
-    /// Those of the mask. `slab`: where `slabs`.
-    template <bool slabs>
-    HWY_INLINE void set(Float x, Float y, Float slab, Mask seen, float reach, const PixelBox& box) {
+    /// Those of the mask.
+    HWY_INLINE void set(Float x, Float y, Mask seen, float reach, const PixelBox& box) {
         count_ = storePacked(floats, x, seen, x_.data());
         storePacked(floats, y, seen, y_.data());
-        if (slabs) storePacked(floats, slab, seen, slab_.data());
         // Pixel i has its centre at i + 1/2.
         const Float toCentre = hn::Set(floats, 0.5F), far = hn::Set(floats, reach);
         const auto first = [&](Float at, std::int32_t least) {
@@ -308,27 +306,23 @@ class Discs {
     }
 
     /// Those of some points on the screen, no more than a vector.
-    template <bool slabs>
     HWY_INLINE void set(const ScreenPoint* points, std::size_t count, float reach, const PixelBox& box) {
-        HWY_ALIGN std::array<float, mostLanes> x{}, y{}, slab{};
+        HWY_ALIGN std::array<float, mostLanes> x{}, y{};
         for (std::size_t i = 0; i < count; ++i) {
             x[i] = points[i].x;
             y[i] = points[i].y;
-            if (slabs) slab[i] = points[i].slab;
         }
-        set<slabs>(hn::Load(floats, x.data()), hn::Load(floats, y.data()), hn::Load(floats, slab.data()),
-                   hn::FirstN(floats, count), reach, box);
+        set(hn::Load(floats, x.data()), hn::Load(floats, y.data()), hn::FirstN(floats, count), reach, box);
     }
 
     HWY_INLINE std::size_t count() const { return count_; }
     HWY_INLINE float x(std::size_t i) const { return x_[i]; }
     HWY_INLINE float y(std::size_t i) const { return y_[i]; }
-    HWY_INLINE float slab(std::size_t i) const { return slab_[i]; }
     HWY_INLINE PixelBox box(std::size_t i) const { return {left_[i], top_[i], right_[i], bottom_[i]}; }
 
   private:
     std::size_t count_ = 0;
-    HWY_ALIGN std::array<float, mostLanes> x_, y_, slab_;
+    HWY_ALIGN std::array<float, mostLanes> x_, y_;
     HWY_ALIGN std::array<std::int32_t, mostLanes> left_, top_, right_, bottom_;
 };
 

@@ -37,7 +37,7 @@ class TileCells {
         : first_(firstSlab),
           slabs_(slabs),
           shades_(shaded ? Tile::pixels : 0),
-          cells_(std::size_t{slabs} * Tile::pixels),
+          cells_(std::size_t{slabs} * Tile::packets),
           touched_(std::size_t{slabs} * Tile::packets),
           occupied_(slabs) {}
 
@@ -45,7 +45,7 @@ class TileCells {
     std::uint32_t firstSlab() const { return first_; }
     /// The cells of a slab, by Tile::pixelIndex.
     const PointCell* slab(std::uint32_t slab) const {
-        return cells_.data() + std::size_t{slab} * Tile::pixels;
+        return cells_[std::size_t{slab} * Tile::packets].data();
     }
     /// One bit a packet of 4 x 4 pixels, from bit 0: whether its cells in this slab may hold points. As of
     /// the latest settle().
@@ -59,7 +59,8 @@ class TileCells {
     const PixelShade* shades() const { return shades_.data(); }
     PixelShade* shades() { return shades_.data(); }
 
-    PointCell* cells() { return cells_.data(); }  ///< [slab][pixelIndex]
+    /// [slab][pixelIndex]
+    PointCell* cells() { return cells_.empty() ? nullptr : cells_.front().data(); }
     /// [slab][packet]: to be set to 1 by who adds to one of its cells. Bytes, as a bit would have to be read.
     std::uint8_t* touched() { return touched_.data(); }
     /// To be called when all is added.
@@ -72,11 +73,9 @@ class TileCells {
     void clear() {
         for (std::uint32_t s = 0; s < slabs_; ++s) {
             if (occupied_[s] == 0) continue;
-            PointCell* const first = cells_.data() + std::size_t{s} * Tile::pixels;
             for (std::uint64_t left = occupied_[s]; left != 0; left &= left - 1) {
-                const auto packet = static_cast<std::uint32_t>(std::countr_zero(left));
-                std::fill_n(first + std::size_t{packet} * Tile::packetPixels, Tile::packetPixels,
-                            PointCell{0.0F, 0.0F});
+                const auto packet = static_cast<std::size_t>(std::countr_zero(left));
+                cells_[std::size_t{s} * Tile::packets + packet].fill({0.0F, 0.0F});
             }
             std::fill_n(touched_.data() + std::size_t{s} * Tile::packets, Tile::packets, std::uint8_t{0});
             occupied_[s] = 0;
@@ -85,6 +84,9 @@ class TileCells {
     }
 
   private:
+    /// In whole cache lines, so that no vector of them lies in two more than it must.
+    struct alignas(64) PacketCells : std::array<PointCell, Tile::packetPixels> {};
+    static_assert(sizeof(PacketCells) == Tile::packetPixels * sizeof(PointCell));
     static_assert(Tile::packets == 64, "one bit a packet");
     static_assert(std::endian::native == std::endian::little);
 
@@ -101,7 +103,7 @@ class TileCells {
 
     std::uint32_t first_, slabs_;
     std::vector<PixelShade> shades_;
-    std::vector<PointCell> cells_;
+    std::vector<PacketCells> cells_;  // [slab][packet]
     std::vector<std::uint8_t> touched_;
     std::vector<std::uint64_t> occupied_;
 };

@@ -232,23 +232,34 @@ std::vector<ScreenPoint> somePlaces() {
     test::Random random(11);
     std::vector<ScreenPoint> places;
     for (int i = 0; i < 300; ++i) {
-        places.push_back({static_cast<float>(random.between(-12.0, 62.0)),
-                          static_cast<float>(random.between(-12.0, 52.0)),
-                          static_cast<float>(random.between(0.0, 3.0))});
+        places.push_back(
+            {static_cast<float>(random.between(-12.0, 62.0)), static_cast<float>(random.between(-12.0, 52.0)),
+             static_cast<float>(random.between(0.0, 3.0)), static_cast<float>(random.between(0.0, 255.0))});
     }
     return places;
 }
 
-/// What they weigh in a pixel as discs, in double precision.
-double plainWeight(const std::vector<ScreenPoint>& places, double size, double opacity, double column,
-                   double row) {
-    double sum = 0.0;
+/// Their weights in a pixel as discs, and the sum of weight * place in the slab, in double precision.
+struct PlainCell {
+    double weight = 0.0, depth = 0.0;
+};
+PlainCell plainCell(const std::vector<ScreenPoint>& places, double size, double opacity, double column,
+                    double row) {
+    PlainCell sum;
     for (const auto& place : places) {
         const double d = std::hypot(column + 0.5 - double{place.x}, row + 0.5 - double{place.y});
         const double coverage = std::clamp(size / 2.0 + 0.5 - d, 0.0, 1.0);
-        sum += opacity > 0.0 ? std::log1p(-opacity * coverage) / std::log1p(-opacity) : coverage;
+        const double weight =
+            opacity > 0.0 ? std::log1p(-opacity * coverage) / std::log1p(-opacity) : coverage;
+        sum.weight += weight;
+        sum.depth += weight * (double{place.slab} - std::floor(double{place.slab}));
     }
     return sum;
+}
+
+/// The greatest slope of the weight by coverage: where all is covered.
+double steepestWeight(double opacity) {
+    return opacity > 0.0 ? -opacity / ((1.0 - opacity) * std::log1p(-opacity)) : 1.0;
 }
 
 TEST_P(CpuPointsTest, DiscsCoverAsDefined) {
@@ -256,8 +267,9 @@ TEST_P(CpuPointsTest, DiscsCoverAsDefined) {
     PointMap map{};
     map.width = 50;
     map.height = 40;
-    for (const double size : {1.2, 2.0, 4.5, 9.0, 21.0}) {
-        for (const double opacity : {0.0, 0.4}) {
+    for (const double size : {1.2, 2.0, 4.5, 9.0, 21.0, 64.0}) {
+        for (const double opacity : {0.0, 0.001, 0.4, 0.97}) {
+            SCOPED_TRACE(testing::Message() << "size " << size << ", opacity " << opacity);
             const DiscFootprint disc(size, opacity);
             FlatDiscs flat{disc.reach(), {}};
             for (std::size_t i = 0; i < flat.units.size(); ++i)
@@ -267,22 +279,29 @@ TEST_P(CpuPointsTest, DiscsCoverAsDefined) {
             TileCells cells(3);
             gatherScreenDiscs(places.data(), places.size(), disc, {1, 0}, cells);
             cells.settle();
+            const double steepest = steepestWeight(opacity);
             for (std::uint32_t row = 0; row < 40; ++row) {
                 for (std::uint32_t column = 0; column < 50; ++column) {
-                    const double expected = plainWeight(places, size, opacity, column, row);
-                    // Coverage is told to a 1024th, the slope of the weight by it is at most 1.31 here, and
-                    // no more than 100 discs meet.
-                    EXPECT_NEAR(counts[row * 50 + column] / 65536.0, expected, 100 * 1.31 / 2048) << size;
+                    const auto expected = plainCell(places, size, opacity, column, row);
+                    // Coverage is told to a 1024th there, and no more than 300 discs meet; here a disc's
+                    // place is rounded to 2^-17 at most, the logarithm to 3e-5 of itself, opacity of a 512th
+                    // is not told from less (o / 8), and sums of 300 are rounded to 2^-24 of them each.
+                    const double discs = std::ceil(expected.weight) + 2.0 * size;
+                    EXPECT_NEAR(counts[row * 50 + column] / 65536.0, expected.weight,
+                                discs * steepest / 2048);
                     if (column < Tile::edge || row >= Tile::edge) continue;
-                    double gathered = 0.0;
+                    PlainCell gathered;
                     const std::uint32_t pixel = Tile::pixelIndex(column - Tile::edge, row);
                     for (std::uint32_t slab = 0; slab < 3; ++slab) {
                         const PointCell cell = cells.slab(slab)[pixel];
-                        gathered += double{cell.weight};
+                        gathered.weight += double{cell.weight};
+                        gathered.depth += double{cell.depth};
                         EXPECT_TRUE(cell.weight == 0.0F ||
                                     (cells.occupied(slab) >> (pixel / Tile::packetPixels) & 1) != 0);
                     }
-                    EXPECT_NEAR(gathered, expected, 100 * 1.31 / 2048) << size;
+                    const double allowance = discs * (steepest * 1e-5 + 3e-5 + 0.001 / 8.0) + 1e-4;
+                    EXPECT_NEAR(gathered.weight, expected.weight, allowance);
+                    EXPECT_NEAR(gathered.depth, expected.depth, allowance);
                 }
             }
             EXPECT_TRUE(std::all_of(counts.begin() + 50 * 40, counts.end(),
@@ -473,6 +492,44 @@ TEST(CpuPoints, EveryKindOfVectorsCountsTheSame) {
             EXPECT_EQ(gather(plan).weight, gathered.weight) << camera << ", " << hwy::TargetName(target);
             EXPECT_EQ(gather(plan, From::groups).weight, grouped.weight)
                 << camera << ", " << hwy::TargetName(target);
+        }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+}
+
+/// The cells of a tile, and the shades of its pixels if there are any, after two runs of discs.
+std::vector<float> cellsOfDiscs(double size, bool shaded) {
+    const auto places = somePlaces();
+    const DiscFootprint disc(size, 0.8);
+    TileCells cells(3, 0, shaded);
+    gatherScreenDiscs(places.data(), places.size(), disc, {1, 0}, cells);
+    gatherScreenDiscs(places.data(), places.size() / 2 + 5, disc, {1, 0}, cells);
+    cells.settle();
+    std::vector<float> sums;
+    for (std::size_t i = 0; i < std::size_t{3} * Tile::pixels; ++i)
+        sums.insert(sums.end(), {cells.cells()[i].weight, cells.cells()[i].depth});
+    for (std::size_t i = 0; shaded && i < Tile::pixels; ++i)
+        sums.insert(sums.end(), {cells.shades()[i].weight, cells.shades()[i].level});
+    for (std::uint32_t slab = 0; slab < 3; ++slab) {
+        for (std::uint32_t packet = 0; packet < Tile::packets; ++packet)
+            sums.push_back((cells.occupied(slab) >> packet & 1) != 0 ? 1.0F : 0.0F);
+    }
+    return sums;
+}
+
+// They are added in their order, so that wider vectors change no byte of a picture.
+TEST(CpuPoints, DiscsAddUpAlikeInFusedVectorsOfAnyWidth) {
+    std::vector<std::int64_t> fused = vectorTargets();
+    std::erase_if(fused, [](std::int64_t target) { return target > HWY_AVX2; });
+    for (const double size : {1.5, 3.0, 8.0, 40.0}) {
+        for (const bool shaded : {false, true}) {
+            std::vector<float> first;
+            for (const std::int64_t target : fused) {
+                hwy::SetSupportedTargetsForTest(target);
+                const auto sums = cellsOfDiscs(size, shaded);
+                if (first.empty()) first = sums;
+                EXPECT_EQ(sums, first) << size << ", " << hwy::TargetName(target);
+            }
         }
     }
     hwy::SetSupportedTargetsForTest(0);
