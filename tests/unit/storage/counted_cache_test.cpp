@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -140,18 +141,24 @@ TEST_F(CountedCacheTest, CountsToOneBudgetOrNone) {
 }
 
 TEST_F(CountedCacheTest, OthersMayTakeItsRoomAtAnyTime) {
-    constexpr int pictures = 300;
+    constexpr int pictures = 300, mostPictures = 1000 * pictures;
+    std::atomic<bool> done{false};
+    std::atomic<int> taken{0};  // times that there was room
     std::thread loader([&] {
-        for (int i = 0; i < 10 * pictures; ++i) {
-            if (budget_->take(40, budget_->generation())) budget_->giveBack(40);
+        while (!done) {
+            if (!budget_->take(60, budget_->generation())) continue;
+            ++taken;
+            budget_->giveBack(60);
         }
     });
-    for (int i = 0; i < pictures; ++i) {
+    // However threads take turns, both have some.
+    for (int i = 0; i < pictures || (taken < pictures && i < mostPictures); ++i) {
         budget_->beginGeneration();
         const auto first = of(one_, i % 3, 2, 30), second = of(two_, i % 5, 2, 30);
         EXPECT_EQ(*first, "1 " + std::to_string(i % 3));
         EXPECT_EQ(*second, "2 " + std::to_string(i % 5));
     }
+    done = true;
     loader.join();
     cache_.countTo(nullptr);
     EXPECT_EQ(budget_->resident(), 0U);
