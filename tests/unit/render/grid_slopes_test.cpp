@@ -36,7 +36,8 @@ GridField noisyField() {
     bricks->values = noise(9 * GridBricks::volume + 4);
     for (std::size_t brick = 2; brick < 12; brick += 3) {
         if (bricks->numbers[brick] < 0) continue;
-        auto* const values = bricks->values.data() + bricks->numbers[brick] * GridBricks::volume;
+        const auto number = static_cast<std::size_t>(bricks->numbers[brick]);
+        std::uint16_t* const values = bricks->values.data() + number * GridBricks::volume;
         for (std::uint32_t i = 0; i < GridBricks::volume; ++i) {
             const std::uint32_t x = i % side, beyond = x - std::min(x, 20U - 16U);
             values[i] = values[i - beyond];
@@ -79,7 +80,8 @@ TEST(GridSlopes, AreDifferencesOfWhatIsDrawnBesideASample) {
                               (double{samples.code(place + step)} - double{samples.code(place - step)});
             }
             const auto expected = std::lround(255.0 * std::clamp(full * glm::length(slope), 0.0, 1.0));
-            const auto found = slopes.bricks[bricks.numbers[brick] * GridBricks::volume + i];
+            const auto number = static_cast<std::size_t>(bricks.numbers[brick]);
+            const auto found = slopes.bricks[number * GridBricks::volume + i];
             EXPECT_EQ(found, expected) << brick << ": " << at.x << ' ' << at.y << ' ' << at.z;
             ++least[found];
         }
