@@ -165,7 +165,8 @@ HWY_INLINE hn::Mask<Floats> darkCells(const GridSource& source, const GridPlace&
 }
 
 /// The same from a sample to a way, through all cells between. `seen()`: the rays that see something yet.
-/// What a ray meets, and the slope at its end, do not depend on its neighbours in the vector.
+/// What a ray meets, but for rounding, and the slope at its end do not depend on its neighbours in the
+/// vector.
 template <class Seen, class Sums>
 HWY_INLINE Sample takeCells(const GridSource& source, const ThreeAxes& rays, const Sample& from, V end,
                             V length, const Seen& seen, const Sums& sums) {

@@ -176,19 +176,22 @@ struct MatterSums {
     HWY_INLINE void take(const LitPiece& piece) const { take(of(piece)); }
 };
 
-/// Of each piece of a vector what it comes to with those of its ray before it in the vector. `numbers`: of
-/// the pieces, in their rays.
-template <class Sums, std::size_t back = 1>
-HWY_INLINE PieceSum joinBefore(const PieceSum& pieces, V numbers) {
-    if constexpr (back >= laneCount) {
-        return pieces;
-    } else {
-        const Floats d;
-        const auto sameRay = hn::Ge(numbers, hn::Set(d, static_cast<float>(back)));
-        const auto joins = hn::And(sameRay, hn::Not(hn::FirstN(d, back)));
-        const PieceSum joined = Sums::join(of(pieces, lanesBefore(back)), pieces);
-        return joinBefore<Sums, 2 * back>(choose(joins, joined, pieces), numbers);
-    }
+/// Joins what came before of each ray with its pieces in a vector, one after the other: sums are the same by
+/// vectors of any width. `first`: the number of the vector's first piece.
+template <class Sums>
+HWY_INLINE PieceSum join(PieceSum sums, const PieceSum& pieces, const PieceList& list, std::size_t first) {
+    constexpr int together = 4;  // steps between two looks for whether there is another
+    const Floats d;
+    const auto lanes = list.lanesOf(first);
+    V lane = lanes.begin;
+    do {
+        for (int i = 0; i < together; ++i) {
+            const auto some = hn::Lt(lane, lanes.end);
+            sums = choose(some, Sums::join(sums, of(pieces, chosen(lane))), sums);
+            lane = hn::Add(lane, hn::Set(d, 1.0F));
+        }
+    } while (!hn::AllFalse(d, hn::Lt(lane, lanes.end)));
+    return sums;
 }
 
 /// What the pieces of each ray come to, of the rays in `shown`. Those that turn out to want it are cut
@@ -230,8 +233,7 @@ HWY_INLINE PieceSum sumPieces(const LitPath& path, const PieceSpans& spans, hn::
             if (!hn::AllFalse(d, many))
                 pieces = choose(many, cutAgain<Sums>(path, rays, from, to, wanted, many), pieces);
         }
-        const PieceSum own = of(joinBefore<Sums>(pieces, numbers), list.last(first));
-        sums = choose(list.present(first), Sums::join(sums, own), sums);
+        sums = join<Sums>(sums, pieces, list, first);
     }
     return sums;
 }

@@ -29,6 +29,13 @@ HWY_INLINE V of(V values, const LaneChoice& lanes) {
     return hn::TableLookupLanes(values, lanes);
 }
 
+/// The lanes of some numbers; of those beyond the last the last.
+HWY_INLINE LaneChoice chosen(V numbers) {
+    const Floats d;
+    const V last = hn::Set(d, static_cast<float>(laneCount - 1));
+    return hn::IndicesFromVec(d, truncated(d, hn::Min(numbers, last)));
+}
+
 /// Of each lane the one `back` before, around.
 HWY_INLINE LaneChoice lanesBefore(std::size_t back) {
     const Ints ints;
@@ -115,19 +122,15 @@ class PieceList {
     HWY_INLINE V numbers(std::size_t first) const {
         return hn::ConvertTo(Floats(), load(numbers_.data() + first));
     }
-    /// The rays that have some of these.
-    HWY_INLINE hn::Mask<Floats> present(std::size_t first) const {
+    /// In which lanes of these each ray's lie: those from `begin` to before `end`, maybe none.
+    struct Lanes {
+        V begin, end;
+    };
+    HWY_INLINE Lanes lanesOf(std::size_t first) const {
         const Floats d;
-        const V last = behind(first), begin = hn::Sub(last, counts_);
-        const auto some = hn::Gt(hn::Min(last, counts_), hn::Zero(d));
-        return hn::And(some, hn::Lt(begin, hn::Set(d, static_cast<float>(laneCount))));
-    }
-    /// Of these rays the lane of the last one.
-    HWY_INLINE LaneChoice last(std::size_t first) const {
-        const Floats d;
-        const V all = hn::Set(d, static_cast<float>(laneCount)), one = hn::Set(d, 1.0F);
-        const V lane = hn::Sub(hn::Min(hn::Max(behind(first), one), all), one);
-        return hn::IndicesFromVec(d, truncated(d, lane));
+        const V end = hn::Sub(ends_, hn::Set(d, static_cast<float>(first)));
+        return {hn::Max(hn::Sub(end, counts_), hn::Zero(d)),
+                hn::Min(end, hn::Set(d, static_cast<float>(laneCount)))};
     }
 
   private:
@@ -141,10 +144,6 @@ class PieceList {
     }();
     static_assert(mostOfRay % stride == 0 && stride >= laneCount);
 
-    /// How many pieces there are from one on to each ray's last.
-    HWY_INLINE V behind(std::size_t first) const {
-        return hn::Sub(ends_, hn::Set(Floats(), static_cast<float>(first)));
-    }
     HWY_INLINE static IntV load(const std::uint8_t* bytes) {
         return hn::PromoteTo(Ints(), hn::LoadU(hn::Rebind<std::uint8_t, Floats>(), bytes));
     }
