@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <stop_token>
@@ -56,6 +57,25 @@ TEST(CpuVectors, AllKindsDrawTheSamePicture) {
 // Among them the plain kind, whose reads of memory a sanitizer sees.
 TEST(CpuVectors, AllKindsMixVolumesPointsAndDotsAlike) {
     expectTheSameOfAllKinds("dotPlane", Quality::exact());
+}
+
+// What rays meet is added in one order: half floats tell roundings that bytes hide.
+TEST(CpuVectors, FusedVectorsOfAnyWidthDrawTheSameHybrids) {
+    for (const char* name : {"hybridResidual", "hybridGaussians", "hybridWithBeam"}) {
+        auto scene = makeScene(name);
+        scene.view.width *= 4, scene.view.height *= 4;
+        const auto plan = render::makeFramePlan(scene, Quality::exact());
+        std::vector<std::uint8_t> first;
+        for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+            if (target > HWY_AVX2) continue;
+            const OnlyVectors only(target);
+            CpuDevice device;
+            const auto pixels =
+                device.render(plan, render::PixelFormat::linearHalf, std::stop_token()).value().pixels;
+            if (first.empty()) first = pixels;
+            EXPECT_TRUE(pixels == first) << name << ' ' << device.name();
+        }
+    }
 }
 
 TEST(CpuVectors, TheNumberOfThreadsChangesNoByte) {
