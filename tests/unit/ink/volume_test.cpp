@@ -16,7 +16,6 @@
 #include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_modalities.h"
 #include "server/render/plan/frame_plan.h"
-#include "server/render/plan/grid/volume_samples.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/ink_views.h"
@@ -285,44 +284,7 @@ TEST(VolumeModalities, AreTheSameOnAnyNumberOfThreadsAndEndWhereTheyAreToStop) {
     EXPECT_EQ(stopped.modalities.part, Raster<std::uint32_t>(50, 40, Modalities::nothing));
 }
 
-// What rays through scalar fields are made of: samples as the field is drawn, extinction between them, and
-// the rims of surfaces.
-
-/// Bricks that correct everything hold the source's samples; between them values are trilinear.
-TEST(VolumeSamples, AreTheSourcesInBricksAndTheCoarseGridsElsewhere) {
-    const test::HybridShape shape{.source = {24, 20, 17}, .low = {6, 5, 4}, .threshold = 0.02};
-    const auto field = test::hybridOf(shape, test::machineParts);
-    ASSERT_NE(field->bricks, nullptr);
-    const VolumeSamples samples(*field);
-    EXPECT_EQ(samples.cells(), glm::dvec3(24.0, 20.0, 17.0));
-    std::size_t corrected = 0;
-    for (std::uint32_t z = 0; z < 17; ++z) {
-        for (std::uint32_t y = 0; y < 20; ++y) {
-            for (std::uint32_t x = 0; x < 24; ++x) {
-                const glm::dvec3 middle = glm::dvec3(x, y, z) + 0.5;
-                const double value = field->valueOf(static_cast<double>(samples.code(glm::vec3(middle))));
-                const double source = std::clamp(test::machineParts(middle / samples.cells()), 0.0, 1.0);
-                // What is not corrected is within the threshold; codes are a 65535th.
-                EXPECT_NEAR(value, source, shape.threshold + 2e-5);
-                corrected += std::abs(value - source) < 2e-5 ? 1 : 0;
-            }
-        }
-    }
-    EXPECT_GT(corrected, 1000U);
-    // Beyond the outermost samples the nearest holds.
-    EXPECT_EQ(samples.code({0.0F, 7.5F, 3.5F}), samples.code({0.5F, 7.5F, 3.5F}));
-    EXPECT_EQ(samples.code({5.5F, 20.0F, 3.5F}), samples.code({5.5F, 19.5F, 3.5F}));
-}
-
-TEST(VolumeSamples, HaveTheSlopeOfARamp) {
-    const test::HybridShape shape{.source = glm::uvec3(16), .low = glm::uvec3(16)};
-    const auto field =
-        test::hybridOf(shape, [](const auto& at) { return 0.1 + 0.5 * at.x + 0.25 * at.y - 0.05 * at.z; });
-    const auto slope = glm::dvec3(VolumeSamples(*field).slope({8.3F, 7.1F, 4.9F})) * 16.0 / 65535.0;
-    EXPECT_NEAR(slope.x, 0.5, 1e-3);
-    EXPECT_NEAR(slope.y, 0.25, 1e-3);
-    EXPECT_NEAR(slope.z, -0.05, 1e-3);
-}
+// What rays through scalar fields are made of: extinction between samples, and the rims of surfaces.
 
 TEST(ExtinctionTable, HoldsTheMeanBetweenTwoValues) {
     test::Random random(3);

@@ -23,10 +23,12 @@ class ExtinctionTable {
 
     /// Where a code lies in the table.
     double at(float code) const { return offset_ + scale_ * static_cast<double>(code); }
+    /// Whether no value between two places in the table has any extinction; most that rays go through has
+    /// none.
+    bool isNothing(double from, double to) const { return std::max(from, to) <= first_; }
     /// Extinction per unit length of layer space, the mean over the values between two places in the table.
     double mean(double from, double to) const {
-        // Most of what rays go through is beneath all that is seen.
-        if (std::max(from, to) <= first_) return 0.0;
+        if (isNothing(from, to)) return 0.0;
         if (std::abs(to - from) < alike) return extinction_[cellOf(0.5 * (from + to))];
         return (integral(to) - integral(from)) / (to - from);
     }

@@ -22,6 +22,7 @@ constexpr double leastLeft = 2e-3;                   // of a ray's light: what l
 constexpr double leastLost = 1e-5;                   // of a ray's light in a step: less is nothing
 constexpr double finest = 0.08;                      // of a ray's light, that a part of a step absorbs
 constexpr double mostParts = 8.0;
+constexpr double stepsTogether = 15.0;  // at least, unless what can be seen ends
 
 constexpr double shadedTogether = 0.04;  // of a ray's light, and so many cells of a way, have one normal
 constexpr double shadedWithin = 2.0;
@@ -100,7 +101,7 @@ class VolumeRays::BlockWalk {
         end_ = std::max(begin_, std::min(next_[axis_], steps_));
     }
 
-    const double steps_;
+    double steps_;
     glm::dvec3 next_{infinity}, across_{infinity};  // steps to the next block along each axis, and between
     glm::ivec3 left_{0}, stride_{0};                // blocks on the way
     std::ptrdiff_t block_ = 0;
@@ -113,6 +114,11 @@ struct VolumeRays::Stretch {
     double begin, end;
 };
 
+/// Steps that wait to be followed.
+struct VolumeRays::Run {
+    double begin = 0.0, end = 0.0;
+};
+
 /// What has been gathered of a ray.
 struct VolumeRays::Sight {
     double left = 1.0;
@@ -120,7 +126,7 @@ struct VolumeRays::Sight {
     std::vector<Part>& parts;
     // Of the next part: how much of the ray, from which step on, and the sum of steps by it.
     double absorbed = 0.0, from = 0.0, places = 0.0;
-    double at = -1.0, value = 0.0;  // the step that it was followed to, and the field's place in the table
+    double at = -1.0, place = 0.0;  // the step that it was followed to, and the field's place in the table
 
     void absorb(double step, double more) {
         if (absorbed == 0.0) from = step;
@@ -226,13 +232,20 @@ double VolumeRays::longestStep() const {
     return stepLength_ * std::sqrt(squares);
 }
 
-bool VolumeRays::mayAbsorb(const Way& way, double thickness) const {
+bool VolumeRays::mayAbsorb(const Way& way, double thickness, BlockWalk& walk) const {
     const double enough = thickness / way.length;
     double sum = 0.0;
-    for (BlockWalk walk(*this, way); sum <= enough; walk.goOn()) {
+    bool counted = false;
+    for (BlockWalk ahead = walk;; ahead.goOn()) {
+        const float most = most_[ahead.block()];
+        if (!counted && most > leastExtinction_) {
+            counted = true;
+            walk = ahead;
+        }
         // A step has the values at both its ends, and so may have all the extinction of either's block.
-        sum += double{most_[walk.block()]} * (walk.end() - walk.begin() + 1.0);
-        if (walk.last()) return sum > enough;
+        sum += double{most} * (ahead.end() - ahead.begin() + 1.0);
+        if (sum > enough) break;
+        if (ahead.last()) return false;
     }
     return true;
 }
@@ -260,11 +273,11 @@ void VolumeRays::meet(const Way& way, const Stretch& stretch, double from, doubl
 }
 
 /// As docs/PICTURE.md, "Light", has it, of the normal that the field has there.
-void VolumeRays::shade(const Way& way, const Part& part, VolumeSeenOn& seen) const {
-    const glm::dvec3 across = slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(way.at(part.step))));
+void VolumeRays::shade(const glm::vec3& slope, double absorbed, VolumeSeenOn& seen) const {
+    const glm::dvec3 across = slopeToNormal_ * glm::dvec3(slope);
     const double length = glm::length(across);
     if (!(length > 0.0)) {
-        seen.light += part.absorbed * std::min(1.0, light_.ambient + light_.diffuse);
+        seen.light += absorbed * std::min(1.0, light_.ambient + light_.diffuse);
         return;
     }
     const glm::dvec3 normal = across / length;
@@ -272,20 +285,44 @@ void VolumeRays::shade(const Way& way, const Part& part, VolumeSeenOn& seen) con
                  shines = glm::dot(normal, half_);
     const double diffuse = front * std::max(0.0, lit) + (1.0 - front) * std::max(0.0, -lit);
     const double specular = front * shine(shines) + (1.0 - front) * shine(-shines);
-    seen.light += part.absorbed * std::min(1.0, std::min(1.0, light_.ambient + light_.diffuse * diffuse) +
-                                                    light_.specular * specular);
-    seen.normal += part.absorbed * (normal.z < 0.0 ? -across : across);
+    seen.light += absorbed * std::min(1.0, std::min(1.0, light_.ambient + light_.diffuse * diffuse) +
+                                               light_.specular * specular);
+    seen.normal += absorbed * (normal.z < 0.0 ? -across : across);
 }
 
-double VolumeRays::march(const Way& way, double step, double to, Sight& sight) const {
-    if (step != sight.at) sight.value = extinction_.at(samples_.code(glm::vec3(way.at(step))));
-    for (to = std::min(to, way.steps); step < to && sight.left > leastLeft;) {
-        const double end = std::min(step + 1.0, way.steps);
-        const double after = extinction_.at(samples_.code(glm::vec3(way.at(end))));
-        meet(way, {step, end}, std::exchange(sight.value, after), after, sight);
-        step = end;
+void VolumeRays::shade(const Way& way, const std::vector<Part>& parts, VolumeSeenOn& seen) const {
+    constexpr std::size_t together = SamplePlaces::together;
+    std::array<glm::vec3, together> places, slopes;
+    for (std::size_t begin = 0; begin < parts.size(); begin += together) {
+        const std::size_t count = std::min(together, parts.size() - begin);
+        for (std::size_t i = 0; i < count; ++i) places[i] = way.at(parts[begin + i].step);
+        samples_.slopes({places.data(), count}, {slopes.data(), count});
+        for (std::size_t i = 0; i < count; ++i) shade(slopes[i], parts[begin + i].absorbed, seen);
     }
-    return sight.at = step;
+}
+
+void VolumeRays::march(const Way& way, Run& run, Sight& sight) const {
+    double step = std::exchange(run.begin, run.end);
+    if (step == run.end) return;
+    bool known = step == sight.at;
+    SampleCodes codes;
+    while (step < run.end && sight.left > leastLeft) {
+        // Those at the ends of steps, and before all if that is not known.
+        SamplePlaces places;
+        const double first = known ? step + 1.0 : step;
+        for (std::size_t i = 0; i < SamplePlaces::together; ++i)
+            places.add(way.at(std::min(first + static_cast<double>(i), run.end)));
+        samples_.codes(places, codes);
+        std::size_t i = 0;
+        if (!std::exchange(known, true)) sight.place = extinction_.at(codes[i++]);
+        for (; i < places.size && step < run.end && sight.left > leastLeft; ++i) {
+            const double end = std::min(step + 1.0, run.end), place = extinction_.at(codes[i]);
+            const double before = std::exchange(sight.place, place);
+            if (!extinction_.isNothing(before, place)) meet(way, {step, end}, before, place, sight);
+            step = end;
+        }
+    }
+    sight.at = step;
 }
 
 VolumeSeenOn VolumeRays::look(double x, double y, double least, Scratch& scratch) const {
@@ -293,22 +330,30 @@ VolumeSeenOn VolumeRays::look(double x, double y, double least, Scratch& scratch
     auto& [marks, parts] = scratch;
     marks.clear();
     parts.clear();
-    if (!(way.steps > 0.0) || !mayAbsorb(way, -std::log1p(-least))) return {};
+    if (!(way.steps > 0.0)) return {};
+    BlockWalk walk(*this, way);
+    if (!mayAbsorb(way, -std::log1p(-least), walk)) return {};
     Sight sight{.marks = marks, .parts = parts};
-    double done = 0.0;
-    for (BlockWalk walk(*this, way);; walk.goOn()) {
+    Run run;
+    for (;; walk.goOn()) {
         if (most_[walk.block()] > leastExtinction_) {
             // Those steps of which an end lies in the block.
-            const double first = std::max(done, std::ceil(walk.begin()) - 1.0);
-            if (first > done) sight.endPart();
-            done = std::max(done, march(way, first, std::ceil(walk.end()), sight));
+            const double first = std::max(run.end, std::ceil(walk.begin()) - 1.0);
+            if (first > run.end) {
+                march(way, run, sight);
+                sight.endPart();
+                run.begin = first;
+            }
+            run.end = std::max(first, std::min(std::ceil(walk.end()), way.steps));
+            if (run.end - run.begin >= stepsTogether) march(way, run, sight);
         }
         if (walk.last() || !(sight.left > leastLeft)) break;
     }
+    march(way, run, sight);
     sight.endPart();
     VolumeSeenOn seen{.opacity = 1.0 - sight.left};
     if (!(seen.opacity >= least)) return {};
-    for (const auto& part : parts) shade(way, part, seen);
+    shade(way, parts, seen);
     if (marks.empty()) return seen;
     seen.depth = depthWhere(scratch, 0.5 * marks.back().absorbed);
     return seen;

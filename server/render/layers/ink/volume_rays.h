@@ -69,19 +69,23 @@ class VolumeRays {
     struct Way;
     class BlockWalk;
     struct Stretch;
+    struct Run;
     struct Sight;
 
     VolumeRays(const InkVolume& volume, const BlockRanges& ranges, const glm::dmat4& transform,
                const Light& light, const FramePlan& plan);
     double longestStep() const;  ///< layer space, at least
     Way wayThrough(double x, double y) const;
-    /// Whether the optical depth of a whole way may exceed `thickness`.
-    bool mayAbsorb(const Way& way, double thickness) const;
-    /// Follows a way from a step to another; returns to which it came.
-    double march(const Way& way, double step, double to, Sight& sight) const;
+    /// Whether the optical depth of a whole way may exceed `thickness`. `walk`, at its begin, goes on to the
+    /// first block in which a step may be counted.
+    bool mayAbsorb(const Way& way, double thickness, BlockWalk& walk) const;
+    /// Follows some steps of a way, and gives them up.
+    void march(const Way& way, Run& run, Sight& sight) const;
     /// Gathers what a stretch of a way shows, between two places in the table.
     void meet(const Way& way, const Stretch& stretch, double from, double to, Sight& sight) const;
-    void shade(const Way& way, const Part& part, VolumeSeenOn& seen) const;
+    /// Adds the light of all parts, and their normals.
+    void shade(const Way& way, const std::vector<Part>& parts, VolumeSeenOn& seen) const;
+    void shade(const glm::vec3& slope, double absorbed, VolumeSeenOn& seen) const;
 
     const GridField& field_;
     VolumeSamples samples_;
