@@ -99,15 +99,6 @@ void quantize(const ParticleBlock& block, const std::array<Range, 3>& bounds, Qu
 /// The level of the grid for a step of so many rows: finer for more, at most 7.
 unsigned gridLevelFor(std::uint64_t rows);
 
-/// A cell that is a leaf at or above the grid's level, or a cell of the grid that is divided further.
-struct PlanUnit {
-    std::uint8_t level = 0;
-    bool divided = false;
-    std::uint32_t count = 0;
-    std::uint32_t index = 0;  ///< among the octree's nodes of its level
-    std::uint64_t morton = 0;
-};
-
 /// Units that are sorted together.
 struct PlanRange {
     std::size_t firstUnit = 0;

@@ -16,14 +16,68 @@
 #include <span>
 #include <utility>
 
+#include "protocol/base/mote_check.h"
+
 namespace mote::prep {
 namespace {
 
-/// A leaf on its way to its place in the file.
+/// A leaf on its way to its place in the file, by which it is put in order.
 struct LeafKey {
     std::uint32_t density;  ///< the bits of the float, which are in its order from 0 on
-    std::uint32_t node;
-    std::uint64_t morton;
+    std::uint32_t place;    ///< in the list of what else is known of it
+    std::uint64_t cell;     ///< cellCode()
+
+    friend bool operator<(const LeafKey& a, const LeafKey& b) {
+        return a.density != b.density ? a.density < b.density : a.cell < b.cell;
+    }
+};
+
+struct LeafData {
+    std::uint32_t node;  ///< among all
+    std::uint32_t points;
+    std::uint32_t source;  ///< its first point
+};
+
+/// Leaves that are in the slice of one rank.
+struct LeafList {
+    std::vector<LeafKey> keys;
+    std::vector<LeafData> data;
+
+    static constexpr std::size_t leafBytes = sizeof(LeafKey) + sizeof(LeafData);
+
+    void resize(std::size_t size) {
+        tbb::parallel_invoke([&] { keys.resize(size); }, [&] { data.resize(size); });
+    }
+
+    /// Puts leaves at `at`, whose places count from there.
+    void put(std::size_t at, std::span<const LeafKey> someKeys, std::span<const LeafData> someData) {
+        std::ranges::transform(someKeys, keys.begin() + static_cast<std::ptrdiff_t>(at), [&](LeafKey key) {
+            key.place += static_cast<std::uint32_t>(at);
+            return key;
+        });
+        std::ranges::copy(someData, data.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+
+    /// Keys, then data.
+    Bytes packed() const {
+        Bytes bytes(keys.size() * leafBytes);
+        std::ranges::copy(std::as_bytes(std::span(keys)), bytes.begin());
+        std::ranges::copy(std::as_bytes(std::span(data)),
+                          bytes.begin() + static_cast<std::ptrdiff_t>(keys.size() * sizeof(LeafKey)));
+        return bytes;
+    }
+};
+
+/// A leaf that stands for `points` points of the leaves around it.
+struct LeafSample {
+    LeafKey key;
+    std::uint64_t points;
+};
+
+/// What a rank tells of its slice.
+struct SliceSum {
+    std::uint64_t leaves, points;
+    Range densities;  ///< above zero
 };
 
 /// What stands before each place of a list: sums of numbers, found side by side.
@@ -130,9 +184,9 @@ class DensitySort {
     std::vector<Places> parts_;  ///< by part of the leaves, by digit: how many, then where the next one goes
 };
 
-/// A stable sort by Morton key of what is in order but for a few places: the runs between them are merged.
+/// A sort by cell of what is in order but for a few places: the runs between them are merged.
 void mergeRuns(std::vector<LeafKey>::iterator begin, std::vector<LeafKey>::iterator end) {
-    const auto less = [](const LeafKey& a, const LeafKey& b) { return a.morton < b.morton; };
+    const auto less = [](const LeafKey& a, const LeafKey& b) { return a.cell < b.cell; };
     const auto first = std::is_sorted_until(begin, end, less);
     if (first == end) return;
     std::vector runs{begin, first};
@@ -148,8 +202,8 @@ void mergeRuns(std::vector<LeafKey>::iterator begin, std::vector<LeafKey>::itera
     }
 }
 
-/// Sorts leaves that are in order by density by Morton key, too, those of one density together.
-void sortByKey(std::vector<LeafKey>& leaves) {
+/// Sorts leaves that are in order by density by cell, too, those of one density together.
+void sortByCell(std::vector<LeafKey>& leaves) {
     constexpr std::size_t together = std::size_t{1} << 13;
     const auto less = [](const LeafKey& a, const LeafKey& b) { return a.density < b.density; };
     // The first density that begins in a block or behind it: no density is in two blocks.
@@ -169,40 +223,324 @@ void sortByKey(std::vector<LeafKey>& leaves) {
     });
 }
 
+/// Calls `use(i)` for i of [begin, end), side by side.
+template <class Use>
+void forEachOf(std::size_t begin, std::size_t end, const Use& use) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(begin, end, 1 << 13), [&](const auto& part) {
+        for (auto i = part.begin(); i < part.end(); ++i) use(i);
+    });
+}
+
+/// Side by side: fresh memory takes longer to come than to fill.
+template <class... Lists>
+void resizeAll(std::size_t size, Lists&... lists) {
+    tbb::parallel_invoke([&] { lists.resize(size); }...);
+}
+
+/// Puts the leaves of all ranks in their order, each rank a slice: leaves go to the rank whose slice they are
+/// in, which sorts them and tells where they are.
+class LeafOrder {
+  public:
+    /// `tree` has its nodes; `source`, by node, its first point. All references outlive this.
+    LeafOrder(Octree& tree, const std::vector<std::uint32_t>& source, Communicator& ranks)
+        : tree_(tree), source_(source), ranks_(ranks), slices_(static_cast<std::size_t>(ranks.size())) {
+        constexpr std::size_t together = std::size_t{1} << 13;
+        for (const auto& run : tree_.runs) {
+            for (std::size_t at = 0; at < run.count; at += together) {
+                const std::size_t begin = run.first + at;
+                blocks_.push_back({begin, begin + std::min(together, run.count - at), run.place - run.first});
+            }
+        }
+    }
+
+    Status run() {
+        MOTE_RETURN_IF_ERROR(findSplitters());
+        MOTE_ASSIGN_OR_RETURN(auto leaves, exchange(deal()));
+        DensitySort(leaves.keys).run();
+        sortByCell(leaves.keys);
+        return fill(std::move(leaves));
+    }
+
+  private:
+    /// Nodes that one thread looks at.
+    struct Block {
+        std::size_t begin, end;
+        std::uint64_t toPlace;  ///< what is added to a node for its number among all
+    };
+
+    std::size_t own() const { return static_cast<std::size_t>(ranks_.rank()); }
+    bool isLeaf(std::size_t node) const { return tree_.childCount[node] == 0; }
+
+    LeafKey keyOf(std::size_t node) const {
+        return {std::bit_cast<std::uint32_t>(tree_.density[node]), 0,
+                cellCode(tree_.morton[node], tree_.level[node])};
+    }
+
+    std::size_t sliceOf(std::size_t node) const {
+        if (splitters_.empty()) return 0;
+        const auto after = std::upper_bound(splitters_.begin(), splitters_.end(), keyOf(node));
+        return static_cast<std::size_t>(after - splitters_.begin());
+    }
+
+    /// The first key of each slice but the first, so that each has about as many points, by a sample.
+    Status findSplitters() {
+        if (slices_ == 1) return success();
+        MOTE_ASSIGN_OR_RETURN(const auto shared, shareValues<LeafSample>(ranks_, sample()));
+        std::vector<LeafSample> all;
+        std::uint64_t total = 0, before = 0;
+        for (const auto& samples : shared) all.insert(all.end(), samples.begin(), samples.end());
+        for (const auto& one : all) total += one.points;
+        std::ranges::sort(all, [](const LeafSample& a, const LeafSample& b) { return a.key < b.key; });
+        for (const auto& one : all) {
+            while (splitters_.size() + 1 < slices_ && before >= total / slices_ * (splitters_.size() + 1))
+                splitters_.push_back(one.key);
+            before += one.points;
+        }
+        return success();
+    }
+
+    std::vector<LeafSample> sample() const {
+        constexpr std::uint64_t wanted = std::uint64_t{1} << 14;  // nodes: a slice is right to a hundredth
+        std::uint64_t nodes = 0;
+        for (const auto& run : tree_.runs) nodes += run.count;
+        const std::uint64_t step = nodes / wanted + 1;
+        std::vector<LeafSample> samples;
+        for (const auto& run : tree_.runs) {
+            for (std::size_t node = run.first; node < run.first + run.count; node += step) {
+                if (isLeaf(node)) samples.push_back({keyOf(node), tree_.count[node] * step});
+            }
+        }
+        return samples;
+    }
+
+    /// Calls `use(node, slice)` for the leaves of a block.
+    template <class Use>
+    void forEachLeaf(const Block& block, const Use& use) const {
+        for (std::size_t node = block.begin; node < block.end; ++node) {
+            if (isLeaf(node)) use(node, sliceOf(node));
+        }
+    }
+
+    /// Calls `use(node, slice, place in the slice's list)` for all leaves of this rank, blocks side by side.
+    template <class Use>
+    void forEachDealt(const Use& use) const {
+        tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t block) {
+            const auto first = first_.begin() + static_cast<std::ptrdiff_t>(block * slices_);
+            std::vector<std::uint32_t> next(first, first + static_cast<std::ptrdiff_t>(slices_));
+            forEachLeaf(blocks_[block],
+                        [&](std::size_t node, std::size_t slice) { use(block, node, slice, next[slice]++); });
+        });
+    }
+
+    /// This rank's leaves by slice.
+    std::vector<LeafList> deal() {
+        first_.assign((blocks_.size() + 1) * slices_, 0);
+        tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t block) {
+            forEachLeaf(blocks_[block],
+                        [&](std::size_t, std::size_t slice) { ++first_[(block + 1) * slices_ + slice]; });
+        });
+        for (std::size_t i = slices_; i < first_.size(); ++i) first_[i] += first_[i - slices_];
+        std::vector<LeafList> lists(slices_);
+        for (std::size_t slice = 0; slice < slices_; ++slice)
+            lists[slice].resize(first_[blocks_.size() * slices_ + slice]);
+        forEachDealt([&](std::size_t block, std::size_t node, std::size_t slice, std::uint32_t at) {
+            auto& key = lists[slice].keys[at];
+            key = keyOf(node);
+            key.place = at;
+            lists[slice].data[at] = {static_cast<std::uint32_t>(node + blocks_[block].toPlace),
+                                     static_cast<std::uint32_t>(tree_.count[node]), source_[node]};
+        });
+        return lists;
+    }
+
+    /// All ranks' leaves of this rank's slice, one rank's after another's.
+    Result<LeafList> exchange(std::vector<LeafList> lists) {
+        auto& mine = lists[own()];
+        received_.assign(slices_, mine.keys.size());
+        if (slices_ == 1) return std::move(mine);
+        std::vector<Bytes> outgoing(slices_);
+        for (std::size_t slice = 0; slice < slices_; ++slice) {
+            if (slice != own()) outgoing[slice] = lists[slice].packed();
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
+        for (std::size_t from = 0; from < slices_; ++from) {
+            if (from != own()) received_[from] = incoming[from].size() / LeafList::leafBytes;
+        }
+        LeafList all;
+        all.resize(std::accumulate(received_.begin(), received_.end(), std::size_t{0}));
+        std::size_t at = 0;
+        for (std::size_t from = 0; from < slices_; ++from) {
+            if (from == own()) {
+                all.put(at, mine.keys, mine.data);
+            } else {
+                const auto* bytes = incoming[from].data();
+                const std::size_t count = received_[from];
+                all.put(at, {reinterpret_cast<const LeafKey*>(bytes), count},
+                        {reinterpret_cast<const LeafData*>(bytes + count * sizeof(LeafKey)), count});
+            }
+            at += received_[from];
+        }
+        return all;
+    }
+
+    /// Makes the lists of the tree's leaves of those that are in order.
+    Status fill(LeafList leaves) {
+        const std::size_t size = leaves.keys.size();
+        resizeAll(size, tree_.leafNode, tree_.leafPointBegin, tree_.leafPointCount, tree_.leafDensity,
+                  tree_.leafSource, tree_.leafCell);
+        std::vector<std::uint32_t> leafOf(size);  // by place in the list
+        forEachOf(0, size, [&](std::size_t leaf) {
+            const auto& key = leaves.keys[leaf];
+            const auto& data = leaves.data[key.place];
+            leafOf[key.place] = static_cast<std::uint32_t>(leaf);
+            tree_.leafNode[leaf] = data.node;
+            tree_.leafPointCount[leaf] = data.points;
+            tree_.leafDensity[leaf] = std::bit_cast<float>(key.density);
+            tree_.leafSource[leaf] = data.source;
+            tree_.leafCell[leaf] = key.cell;
+        });
+        leaves = {};
+        const SumsBefore points(size,
+                                [&](std::size_t leaf) { return std::uint64_t{tree_.leafPointCount[leaf]}; });
+        MOTE_RETURN_IF_ERROR(shareSums(points.total()));
+        const std::uint64_t first = tree_.slicePoint[own()];
+        points.forEach(
+            [&](std::size_t leaf, std::uint64_t before) { tree_.leafPointBegin[leaf] = first + before; });
+        return tellPlaces(leafOf);
+    }
+
+    Status shareSums(std::uint64_t points) {
+        SliceSum mine{tree_.leafNode.size(), points, {}};
+        const auto& density = tree_.leafDensity;
+        const auto first = std::upper_bound(density.begin(), density.end(), 0.0F);
+        if (first != density.end()) mine.densities = {*first, density.back()};
+        MOTE_ASSIGN_OR_RETURN(const auto sums, shareValues<SliceSum>(ranks_, std::span(&mine, 1)));
+        tree_.slicePoint = {0};
+        sliceLeaf_ = {0};
+        for (const auto& of : sums) {
+            tree_.slicePoint.push_back(tree_.slicePoint.back() + of.front().points);
+            sliceLeaf_.push_back(sliceLeaf_.back() + of.front().leaves);
+            tree_.leafDensities = tree_.leafDensities.united(of.front().densities);
+        }
+        tree_.leafBefore = sliceLeaf_[own()];
+        tree_.leafTotal = sliceLeaf_.back();
+        return success();
+    }
+
+    /// Tells each rank where its leaves are, whose nodes say so.
+    Status tellPlaces(std::span<const std::uint32_t> leafOf) {
+        std::vector<Bytes> outgoing(slices_);
+        std::vector<std::span<const std::uint32_t>> of(slices_);
+        for (std::size_t rank = 0, at = 0; rank < slices_; at += received_[rank++]) {
+            of[rank] = leafOf.subspan(at, received_[rank]);
+            const auto bytes = std::as_bytes(of[rank]);
+            if (rank != own()) outgoing[rank].assign(bytes.begin(), bytes.end());
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
+        for (std::size_t slice = 0; slice < slices_; ++slice) {
+            if (slice == own()) continue;
+            of[slice] = {reinterpret_cast<const std::uint32_t*>(incoming[slice].data()),
+                         incoming[slice].size() / sizeof(std::uint32_t)};
+        }
+        forEachDealt([&](std::size_t, std::size_t node, std::size_t slice, std::uint32_t at) {
+            tree_.firstChild[node] = static_cast<std::uint32_t>(sliceLeaf_[slice] + of[slice][at]);
+        });
+        return success();
+    }
+
+    Octree& tree_;
+    const std::vector<std::uint32_t>& source_;
+    Communicator& ranks_;
+    std::size_t slices_;
+    std::vector<Block> blocks_;
+    std::vector<LeafKey> splitters_;
+    std::vector<std::uint32_t> first_;      ///< by block and slice, where its leaves begin in the list
+    std::vector<std::size_t> received_;     ///< by rank, how many of its leaves are in this slice
+    std::vector<std::uint64_t> sliceLeaf_;  ///< each slice's first leaf, and one more
+};
+
 class Assembly {
   public:
-    explicit Assembly(OctreeLevels levels) : levels_(std::move(levels)) {}
+    Assembly(OctreePart part, Communicator& ranks)
+        : ranks_(ranks),
+          units_(std::move(part.units)),
+          found_(std::move(part.found)),
+          firstUnit_(part.firstUnit),
+          top_(part.top.size()),
+          levels_(std::move(part.top)) {
+        for (auto& level : part.below) levels_.push_back(std::move(level));
+        for (std::size_t i = 0; i < firstUnit_ + found_.size(); ++i)
+            (i < firstUnit_ ? particles_.begin : particles_.end) += units_[i].count;
+        particles_.end += particles_.begin;
+    }
 
     Result<Octree> run() {
+        MOTE_RETURN_IF_ERROR(shareDivisions());
         MOTE_RETURN_IF_ERROR(placeLevels());
         linkNodes();
         MOTE_RETURN_IF_ERROR(weigh());
-        orderLeaves();
+        levels_ = {};
+        MOTE_RETURN_IF_ERROR(tellDensities());
+        MOTE_RETURN_IF_ERROR(LeafOrder(tree_, source_, ranks_).run());
         return std::move(tree_);
     }
 
   private:
-    template <class Use>
-    static void forEach(std::size_t begin, std::size_t end, Use use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(begin, end, 1 << 13), [&](const auto& part) {
-            for (auto i = part.begin(); i < part.end(); ++i) use(i);
-        });
+    /// Of a level, counted from its first node.
+    struct Nodes {
+        std::size_t begin = 0, end = 0;
+    };
+    /// What ranks tell each other of a unit.
+    struct UnitSum {
+        double weight;
+        float minDensity;
+    };
+
+    /// How the units of all ranks are divided, and what those of this rank weigh that are not.
+    Status shareDivisions() {
+        std::vector<std::uint8_t> mine;
+        for (std::size_t i = 0; i < found_.size(); ++i) {
+            const auto& unit = units_[firstUnit_ + i];
+            mine.push_back(found_[i].children);
+            levels_[unit.level].weight[unit.index] = found_[i].weight;
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto shared, shareValues<std::uint8_t>(ranks_, mine));
+        auto unit = units_.begin();
+        for (const auto& children : shared) {
+            for (const auto mask : children) {
+                if (unit->divided) levels_[unit->level].children[unit->index] = mask;
+                ++unit;
+            }
+        }
+        MOTE_CHECK(unit == units_.end());
+        return success();
     }
 
-    /// Side by side: fresh memory takes longer to come than to fill.
-    template <class... Lists>
-    static void resizeAll(std::size_t size, Lists&... lists) {
-        tbb::parallel_invoke([&] { lists.resize(size); }...);
-    }
-
+    /// Finds where the nodes of each level stand, here and among all.
     Status placeLevels() {
-        for (const auto& level : levels_) first_.push_back(first_.back() + level.size());
-        const std::size_t size = first_.back();
-        if (size > std::numeric_limits<std::uint32_t>::max()) {
+        std::vector<std::uint64_t> mine;
+        for (std::size_t depth = top_; depth < levels_.size(); ++depth) mine.push_back(levels_[depth].size());
+        MOTE_ASSIGN_OR_RETURN(const auto below, shareValues<std::uint64_t>(ranks_, mine));
+        std::uint64_t total = 0;
+        for (std::size_t depth = 0; depth < levels_.size(); ++depth) {
+            levelPlace_.push_back(total);
+            std::uint64_t before = 0, all = 0;
+            for (std::size_t rank = 0; depth >= top_ && rank < below.size(); ++rank) {
+                if (rank == static_cast<std::size_t>(ranks_.rank())) before = all;
+                all += below[rank][depth - top_];
+            }
+            toPlace_.push_back(total + before - first_.back());
+            total += depth < top_ ? levels_[depth].size() : all;
+            first_.push_back(first_.back() + levels_[depth].size());
+        }
+        levelPlace_.push_back(total);
+        toPlace_.push_back(0);
+        tree_.nodeTotal = total;
+        if (total > std::numeric_limits<std::uint32_t>::max()) {
             return Error{ErrorCode::resourceExhausted, "",
                          "the octree has more than 2^32 nodes; raise the leaf capacity"};
         }
-        resizeAll(size, tree_.level, tree_.morton, tree_.firstChild, tree_.childCount, tree_.count,
+        resizeAll(first_.back(), tree_.level, tree_.morton, tree_.firstChild, tree_.childCount, tree_.count,
                   tree_.density, tree_.minDensity, source_);
         return success();
     }
@@ -211,23 +549,66 @@ class Assembly {
     void linkNodes() {
         for (std::size_t depth = 0; depth < levels_.size(); ++depth) {
             const auto& level = levels_[depth];
+            const auto mine = ownOf(depth);
+            addRun(depth, mine);
+            if (depth + 1 == top_) grid_ = mine;
+            // Of a level that is whole, all children are counted, of whichever rank.
+            const std::uint64_t next =
+                depth < top_ ? levelPlace_[depth + 1] : toPlace_[depth + 1] + first_[depth + 1];
             const auto childrenOf = [&](std::size_t i) {
                 return static_cast<std::uint8_t>(std::popcount(level.children[i]));
             };
             SumsBefore(level.size(), childrenOf).forEach([&](std::size_t i, std::uint64_t before) {
                 const std::size_t node = first_[depth] + i;
-                tree_.firstChild[node] = static_cast<std::uint32_t>(first_[depth + 1] + before);
+                tree_.firstChild[node] = static_cast<std::uint32_t>(next + before);
                 tree_.level[node] = static_cast<std::uint8_t>(depth);
                 tree_.childCount[node] = childrenOf(i);
                 tree_.count[node] = level.count[i];
-                if (level.children[i] != 0) placeChildren(node, level.children[i], levels_[depth + 1]);
+                if (holdsChildren(depth, i)) placeChildren(node, level.children[i], levels_[depth + 1]);
             });
         }
     }
 
+    /// The nodes of a level whose first particle is one of this rank's.
+    Nodes ownOf(std::size_t depth) const {
+        if (depth >= top_) return {0, levels_[depth].size()};
+        const std::size_t end = firstUnit_ + found_.size();
+        return {nodesBefore(depth, firstUnit_, particles_.begin), nodesBefore(depth, end, particles_.end)};
+    }
+
+    /// Those that begin before a unit, which begins with this particle.
+    std::size_t nodesBefore(std::size_t depth, std::size_t unit, std::size_t particles) const {
+        if (unit == 0) return 0;
+        if (unit == units_.size()) return levels_[depth].size();
+        const auto level = std::span(source_).subspan(first_[depth], levels_[depth].size());
+        return static_cast<std::size_t>(std::ranges::lower_bound(level, particles) - level.begin());
+    }
+
+    void addRun(std::size_t depth, const Nodes& nodes) {
+        if (nodes.begin == nodes.end) return;
+        const std::size_t first = first_[depth] + nodes.begin, count = nodes.end - nodes.begin;
+        auto& runs = tree_.runs;
+        if (!runs.empty() && runs.back().first + runs.back().count == first &&
+            runs.back().place + runs.back().count == first + toPlace_[depth]) {
+            runs.back().count += count;
+        } else {
+            runs.push_back({first, count, first + toPlace_[depth]});
+        }
+    }
+
+    /// Whether a node has children that this rank holds.
+    bool holdsChildren(std::size_t depth, std::size_t i) const {
+        return levels_[depth].children[i] != 0 && (depth + 1 != top_ || (grid_.begin <= i && i < grid_.end));
+    }
+
+    /// The first child of a node that has some that this rank holds.
+    std::size_t childOf(std::size_t node) const {
+        return tree_.firstChild[node] - toPlace_[tree_.level[node] + 1U];
+    }
+
     void placeChildren(std::size_t node, unsigned mask, const OctreeLevel& below) {
-        std::size_t child = tree_.firstChild[node];
-        std::uint64_t source = source_[node];
+        std::size_t child = childOf(node);
+        std::uint32_t source = source_[node];
         for (unsigned number = 0; number < 8; ++number) {
             if ((mask >> number & 1U) == 0) continue;
             tree_.morton[child] = tree_.morton[node] * 8 + number;
@@ -239,15 +620,22 @@ class Assembly {
 
     /// Finds weights, densities and least densities, from the deepest level up.
     Status weigh() {
-        std::atomic<bool> tooLarge{false};
-        for (std::size_t depth = levels_.size(); depth-- > 0;) {
-            forEach(0, levels_[depth].size(), [&](std::size_t i) {
-                if (!weighNode(depth, i)) tooLarge.store(true, std::memory_order_relaxed);
-            });
-        }
+        for (std::size_t depth = levels_.size(); depth-- > top_;) weighNodes(depth, ownOf(depth));
+        weighNodes(top_ - 1, grid_);
+        MOTE_RETURN_IF_ERROR(shareUnits());
+        for (std::size_t depth = top_ - 1; depth-- > 0;) weighNodes(depth, {0, levels_[depth].size()});
         tree_.totalWeight = levels_[0].weight[0];
-        if (!tooLarge) return success();
-        return Error{ErrorCode::resourceExhausted, "", "the weights are too large for their densities"};
+        Status mine = success();
+        if (tooLarge_) {
+            mine = Error{ErrorCode::resourceExhausted, "", "the weights are too large for their densities"};
+        }
+        return agree(ranks_, mine);
+    }
+
+    void weighNodes(std::size_t depth, const Nodes& nodes) {
+        forEachOf(nodes.begin, nodes.end, [&](std::size_t i) {
+            if (!weighNode(depth, i)) tooLarge_.store(true, std::memory_order_relaxed);
+        });
     }
 
     bool weighNode(std::size_t depth, std::size_t i) {
@@ -255,7 +643,7 @@ class Assembly {
         double& weight = levels_[depth].weight[i];
         float least = std::numeric_limits<float>::infinity();
         for (std::size_t k = 0; k < tree_.childCount[node]; ++k) {
-            const std::size_t child = tree_.firstChild[node] + k;
+            const std::size_t child = childOf(node) + k;
             weight += levels_[depth + 1].weight[child - first_[depth + 1]];
             least = std::min(least, tree_.minDensity[child]);
         }
@@ -265,43 +653,79 @@ class Assembly {
         return density <= std::numeric_limits<float>::max();
     }
 
-    std::vector<LeafKey> leafKeys() const {
-        const auto isLeaf = [&](std::size_t node) { return std::size_t{tree_.childCount[node] == 0}; };
-        const SumsBefore leaves(tree_.level.size(), isLeaf);
-        std::vector<LeafKey> keys(leaves.total());
-        leaves.forEach([&](std::size_t node, std::uint64_t before) {
-            if (isLeaf(node) == 0) return;
-            keys[before] = {std::bit_cast<std::uint32_t>(tree_.density[node]),
-                            static_cast<std::uint32_t>(node), tree_.morton[node]};
-        });
-        return keys;
+    /// What other ranks' units weigh, by which the levels above them are weighed on all ranks.
+    Status shareUnits() {
+        if (ranks_.size() == 1) return success();
+        std::vector<UnitSum> mine;
+        for (std::size_t i = 0; i < found_.size(); ++i) {
+            const auto& unit = units_[firstUnit_ + i];
+            mine.push_back(
+                {levels_[unit.level].weight[unit.index], tree_.minDensity[first_[unit.level] + unit.index]});
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto shared, shareValues<UnitSum>(ranks_, mine));
+        auto unit = units_.begin();
+        for (const auto& sums : shared) {
+            for (const auto& sum : sums) {
+                levels_[unit->level].weight[unit->index] = sum.weight;
+                const std::size_t node = first_[unit->level] + unit->index;
+                tree_.density[node] =
+                    static_cast<float>(std::ldexp(sum.weight, static_cast<int>(3U * unit->level)));
+                tree_.minDensity[node] = sum.minDensity;
+                ++unit;
+            }
+        }
+        return success();
     }
 
-    void orderLeaves() {
-        levels_ = {};
-        auto keys = leafKeys();
-        // By density, then Morton key, then level. They come level by level, each in Morton order.
-        DensitySort(keys).run();
-        sortByKey(keys);
-        resizeAll(keys.size(), tree_.leafNode, tree_.leafPointBegin, tree_.leafPointCount, tree_.leafDensity,
-                  tree_.leafSource);
-        forEach(0, keys.size(), [&](std::size_t leaf) {
-            const auto node = keys[leaf].node;
-            tree_.firstChild[node] = static_cast<std::uint32_t>(leaf);
-            tree_.leafNode[leaf] = node;
-            tree_.leafPointCount[leaf] = static_cast<std::uint32_t>(tree_.count[node]);
-            tree_.leafDensity[leaf] = tree_.density[node];
-            tree_.leafSource[leaf] = source_[node];
-        });
-        const SumsBefore points(keys.size(),
-                                [&](std::size_t leaf) { return std::uint64_t{tree_.leafPointCount[leaf]}; });
-        points.forEach([&](std::size_t leaf, std::uint64_t before) { tree_.leafPointBegin[leaf] = before; });
+    /// Finds Octree::toldDensities.
+    Status tellDensities() {
+        std::vector<float> known(tree_.density.size());  // by node: the density that it is told by
+        if (!known.empty()) known[0] = tree_.density[0];
+        Range range;
+        // Level by level: what a node is told by, its parent has found.
+        for (std::size_t depth = 0; depth + 1 < first_.size(); ++depth) {
+            range = tbb::parallel_reduce(
+                tbb::blocked_range<std::size_t>(first_[depth], first_[depth + 1], std::size_t{1} << 13),
+                range,
+                [&](const auto& nodes, Range told) {
+                    for (auto node = nodes.begin(); node != nodes.end(); ++node)
+                        told = tell(depth, node, known, told);
+                    return told;
+                },
+                [](const Range& a, const Range& b) { return a.united(b); });
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<Range>(ranks_, std::span(&range, 1)));
+        for (const auto& of : all) tree_.toldDensities = tree_.toldDensities.united(of.front());
+        return success();
     }
 
-    OctreeLevels levels_;
+    Range tell(std::size_t depth, std::size_t node, std::vector<float>& known, const Range& range) const {
+        if (tree_.childCount[node] > 0) {
+            const std::size_t i = node - first_[depth];
+            if (depth + 1 == top_ && (i < grid_.begin || i >= grid_.end)) return range;
+            for (std::size_t child = childOf(node); child < childOf(node) + tree_.childCount[node]; ++child)
+                known[child] = tree_.count[child] >= counted ? tree_.density[child] : known[node];
+            return range;
+        }
+        if (!(tree_.density[node] > 0.0F)) return range;
+        const double density = known[node] > 0.0F ? known[node] : tree_.density[node];
+        return range.united({density, density});
+    }
+
+    Communicator& ranks_;
+    std::vector<PlanUnit> units_;
+    std::vector<UnitTree> found_;
+    std::size_t firstUnit_;
+    std::size_t top_;      ///< how many levels are whole on all ranks
+    OctreeLevels levels_;  ///< these, then this rank's below
     Octree tree_;
-    std::vector<std::size_t> first_{0};  ///< by level: its first node
-    std::vector<std::uint64_t> source_;  ///< by node: its first particle in Morton order
+    Nodes grid_;                             ///< this rank's of the last level that is whole
+    Nodes particles_;                        ///< this rank's, in Morton order
+    std::vector<std::size_t> first_{0};      ///< by level: its first node
+    std::vector<std::uint64_t> levelPlace_;  ///< by level: the number of its first node among all
+    std::vector<std::uint64_t> toPlace_;     ///< by level: what is added to a node for its number among all
+    std::vector<std::uint32_t> source_;      ///< by node: its first particle in Morton order
+    std::atomic<bool> tooLarge_{false};
 };
 
 }  // namespace
@@ -314,38 +738,8 @@ storage::Leaves Octree::leaves() const {
     return {leafNode, leafPointBegin, leafPointCount, leafDensity};
 }
 
-Result<Octree> assembleOctree(OctreeLevels levels) {
-    return Assembly(std::move(levels)).run();
-}
-
-Range densityRange(const Octree& tree) {
-    using Nodes = tbb::blocked_range<std::size_t>;
-    std::vector<float> known(tree.density.size());  // by node: the density of the cell that it is told by
-    if (!known.empty()) known[0] = tree.density[0];
-    const auto look = [&](const Nodes& nodes, Range range) {
-        for (auto node = nodes.begin(); node != nodes.end(); ++node) {
-            for (std::size_t k = 0; k < tree.childCount[node]; ++k) {
-                const std::size_t child = tree.firstChild[node] + k;
-                known[child] = tree.count[child] >= counted ? tree.density[child] : known[node];
-            }
-            if (tree.childCount[node] == 0 && tree.density[node] > 0.0F) {
-                const double density = known[node] > 0.0F ? known[node] : tree.density[node];
-                range = range.united({density, density});
-            }
-        }
-        return range;
-    };
-    Range range;
-    // Level by level: what a node is told by, its parent has found.
-    for (auto begin = tree.level.begin(); begin != tree.level.end();) {
-        const auto end = std::upper_bound(begin, tree.level.end(), *begin);
-        const Nodes level(static_cast<std::size_t>(begin - tree.level.begin()),
-                          static_cast<std::size_t>(end - tree.level.begin()), std::size_t{1} << 13);
-        range = tbb::parallel_reduce(level, range, look,
-                                     [](const Range& a, const Range& b) { return a.united(b); });
-        begin = end;
-    }
-    return range;
+Result<Octree> assembleOctree(OctreePart part, Communicator& ranks) {
+    return Assembly(std::move(part), ranks).run();
 }
 
 }  // namespace mote::prep

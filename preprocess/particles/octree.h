@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // OctreeLevels: an octree, or a part of one, as the job builds it: level by level, each in Morton order.
-// Octree: the nodes and leaves of a step, put together from them. Values.
+// OctreePart: what one rank has of it. Octree: the nodes and leaves of a step, put together by all ranks, of
+// which each holds some: one rank alone all. Values.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/bounds_rule.h"
 #include "protocol/base/error.h"
 #include "storage/particles/particle_step.h"
@@ -33,37 +36,93 @@ struct OctreeLevel {
 
 using OctreeLevels = std::vector<OctreeLevel>;
 
+/// A cell that is a leaf at or above the grid's level, or a cell of the grid that is divided further.
+struct PlanUnit {
+    std::uint8_t level = 0;
+    bool divided = false;
+    std::uint32_t count = 0;
+    std::uint32_t index = 0;  ///< among the octree's nodes of its level
+    std::uint64_t morton = 0;
+};
+
+/// What a unit of the plan turned out to be.
+struct UnitTree {
+    double weight = 0.0;        ///< of a leaf
+    std::uint8_t children = 0;  ///< of a divided one, as in OctreeLevel
+};
+
+/// A rank's part of an octree: what lies in units that follow one another, and the levels that all ranks
+/// know.
+struct OctreePart {
+    OctreeLevels top;    ///< down to the grid's level, of all ranks, as the plan has them; the root's first
+    OctreeLevels below;  ///< below it, of this rank's units; as many levels on all ranks
+    std::vector<PlanUnit> units;  ///< of all ranks, in Morton order
+    std::size_t firstUnit = 0;    ///< of this rank's
+    std::vector<UnitTree> found;  ///< of this rank's units
+};
+
+/// Nodes that stand one after another, here and in the file.
+struct NodeRun {
+    std::size_t first = 0;  ///< among those that this rank holds
+    std::size_t count = 0;
+    std::uint64_t place = 0;  ///< of the first among all nodes
+    bool operator==(const NodeRun&) const = default;
+};
+
+/// What a rank holds of a step's octree. Its nodes are those of the levels that all ranks know, whole, and
+/// below them those of its own units. Its leaves are a slice of all in their order, whoever has the points.
 struct Octree {
-    // Nodes, breadth first; as storage::OctreeNodes.
+    // Nodes, breadth first; as storage::OctreeNodes. Numbers of nodes and leaves are those among all.
     std::vector<std::uint8_t> level;
     std::vector<std::uint64_t> morton;
-    std::vector<std::uint32_t> firstChild;
+    std::vector<std::uint32_t> firstChild;  ///< of nodes in `runs`
     std::vector<std::uint8_t> childCount;
     std::vector<std::uint64_t> count;
     std::vector<float> density;
     std::vector<float> minDensity;
+    std::vector<NodeRun> runs;    ///< of the nodes that are this rank's alone: each is some rank's
+    std::uint64_t nodeTotal = 0;  ///< of all ranks
+
     // Leaves, ascending by density; as storage::Leaves.
     std::vector<std::uint32_t> leafNode;
     std::vector<std::uint64_t> leafPointBegin;
     std::vector<std::uint32_t> leafPointCount;
     std::vector<float> leafDensity;
-    /// Each leaf's first point among all points in Morton order.
-    std::vector<std::uint64_t> leafSource;
+    std::vector<std::uint32_t> leafSource;  ///< each leaf's first point among all points in Morton order
+    std::vector<std::uint64_t> leafCell;    ///< cellCode() of its node
+    std::uint64_t leafBefore = 0;           ///< leaves of the slices before
+    std::uint64_t leafTotal = 0;            ///< of all ranks
+    /// The first point of each rank's slice, and one more.
+    std::vector<std::uint64_t> slicePoint;
+
     double totalWeight = 0.0;
+    /// Of the densities of all leaves, but for those of zero (macro-particles may weigh nothing); empty if
+    /// there is no other.
+    Range leafDensities;
+    /// The same, but that a density of few particles says little: of a leaf that holds fewer than `counted`,
+    /// that of the smallest cell around it that holds as many, or of the whole plot, is taken.
+    Range toldDensities;
 
     storage::OctreeNodes nodes() const;
     storage::Leaves leaves() const;
 };
-
-/// The range of the densities of leaves, but for those of zero (macro-particles may weigh nothing); empty
-/// if there is no other. A density of few particles says little: of a leaf that holds fewer than
-/// `counted`, that of the smallest cell around it that holds as many, or of the whole plot, is taken.
-Range densityRange(const Octree& tree);
 inline constexpr std::uint64_t counted = 64;  ///< particles, whose density is right to an eighth
 
-/// Assembles the octree from all levels, the root's first. Weights are summed in a fixed order: the result is
-/// the same for any number of threads of the calling arena. Errors: resourceExhausted (more nodes than 32
-/// bits can name, a density beyond single precision).
-Result<Octree> assembleOctree(OctreeLevels levels);
+/// A cell's Morton key and its level in one number, in their order.
+constexpr std::uint64_t cellCode(std::uint64_t morton, std::uint8_t level) {
+    return morton << 8 | level;
+}
+constexpr std::uint64_t mortonOf(std::uint64_t cellCode) {
+    return cellCode >> 8;
+}
+constexpr std::uint8_t levelOf(std::uint64_t cellCode) {
+    return static_cast<std::uint8_t>(cellCode);
+}
+
+/// Puts the octree together, on all ranks, whose parts follow one another. Weights are summed in a fixed
+/// order, so that all of the octree is the same for any number of ranks, and of threads of the calling arena;
+/// only where slices begin is not. Errors: resourceExhausted (more nodes than 32 bits can name, a density
+/// beyond single precision), cancelled; the same on all ranks.
+Result<Octree> assembleOctree(OctreePart part, Communicator& ranks);
 
 }  // namespace mote::prep

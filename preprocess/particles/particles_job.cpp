@@ -417,8 +417,8 @@ class Job {
                                 : info.iteration);
         entry.set_time(std::isfinite(info.time) ? info.time : 0.0);
         entry.set_total_weight(built.octree.totalWeight);
-        densities_ = densities_.united(densityRange(built.octree));
-        leaves_.push_back(built.octree.leafNode.size());
+        densities_ = densities_.united(built.octree.toldDensities);
+        leaves_.push_back(built.octree.leafTotal);
         reportStep(index, 0.6, "writing");
         return write(built, index, entry);
     }

@@ -19,8 +19,8 @@ namespace {
 using storage::Preview;
 
 std::uint32_t drawnOf(const Octree& octree, std::size_t leaf, double fraction) {
-    const auto node = octree.leafNode[leaf];
-    return drawnPoints(fraction, octree.leafPointCount[leaf], octree.level[node], octree.morton[node]);
+    const auto cell = octree.leafCell[leaf];
+    return drawnPoints(fraction, octree.leafPointCount[leaf], levelOf(cell), mortonOf(cell));
 }
 
 /// The one of `count` parts of [0, 1] that holds `at`; what lies outside is in the nearest.
@@ -37,23 +37,34 @@ std::uint64_t previewSize(std::uint64_t points) {
 
 PreviewSelection::PreviewSelection(const Octree& octree)
     : octree_(octree), total_(previewSize(octree.count.front())) {
-    if (total_ == 0) return;
-    fraction_ = fractionFor(total_);
-    const auto& density = octree.leafDensity;
-    const auto first = std::upper_bound(density.begin(), density.end(), 0.0F);
-    if (first != density.end()) scale_ = {*first, density.back()};
+    const auto& densities = octree.leafDensities;
+    if (total_ > 0 && !densities.empty()) scale_ = {densities.min, densities.max};
 }
 
-/// A fraction that draws at least `total` points, and few more.
-double PreviewSelection::fractionFor(std::uint64_t total) const {
-    double fraction = static_cast<double>(total) / static_cast<double>(octree_.count.front());
+Result<PreviewSelection> PreviewSelection::make(const Octree& octree, Communicator& ranks) {
+    PreviewSelection selection(octree);
+    if (selection.total_ > 0) MOTE_RETURN_IF_ERROR(selection.findFraction(ranks));
+    return selection;
+}
+
+/// A fraction that draws at least the whole preview, and few points more.
+Status PreviewSelection::findFraction(Communicator& ranks) {
+    fraction_ = static_cast<double>(total_) / static_cast<double>(octree_.count.front());
     // The drawn points are as many as wanted but for chance; a fraction of 1 draws all.
-    while (fraction < 1.0 && drawnBy(fraction) < total) fraction *= 1.01;
+    while (fraction_ < 1.0) {
+        const std::uint64_t mine = drawnBy(fraction_);
+        MOTE_ASSIGN_OR_RETURN(const auto drawn, shareValues<std::uint64_t>(ranks, std::span(&mine, 1)));
+        std::uint64_t sum = 0;
+        for (const auto& of : drawn) sum += of.front();
+        if (sum >= total_) break;
+        fraction_ *= 1.01;
+    }
     // A little more, so that no point is lost to the rounding of drawnPoints.
-    return std::min(1.0, fraction * (1.0 + 1e-9));
+    fraction_ = std::min(1.0, fraction_ * (1.0 + 1e-9));
+    return success();
 }
 
-/// How many points a fraction draws.
+/// How many of this rank's points a fraction draws.
 std::uint64_t PreviewSelection::drawnBy(double fraction) const {
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, octree_.leafNode.size(), 1 << 14), std::uint64_t{0},
@@ -71,10 +82,10 @@ void PreviewSelection::add(std::size_t leaf, std::uint32_t first,
     if (total_ == 0) return;
     const auto drawn = drawnOf(octree_, leaf, fraction_);
     if (drawn <= first) return;
-    const auto node = octree_.leafNode[leaf];
-    const unsigned level = octree_.level[node];
-    const double offset = leafOffset(octree_.level[node], octree_.morton[node]);
-    const auto cell = mortonCell(octree_.morton[node]);
+    const auto code = octree_.leafCell[leaf];
+    const unsigned level = levelOf(code);
+    const double offset = leafOffset(levelOf(code), mortonOf(code));
+    const auto cell = mortonCell(mortonOf(code));
     const double density = octree_.leafDensity[leaf];
     const double t = density > 0.0 ? scale_.ofLeaf(density) : 0.0;
     const auto shade = static_cast<std::uint16_t>(std::lround(65535.0 * t));

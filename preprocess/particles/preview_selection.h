@@ -31,8 +31,9 @@ std::uint64_t previewSize(std::uint64_t points);
 
 class PreviewSelection {
   public:
-    /// `octree` outlives this. Uses all threads of the calling arena.
-    explicit PreviewSelection(const Octree& octree);
+    /// All ranks call it, each with its leaves. `octree` outlives this. Uses all threads of the calling
+    /// arena. Errors: cancelled.
+    static Result<PreviewSelection> make(const Octree& octree, Communicator& ranks);
 
     /// Appends those of a leaf's points that may be in the preview: `positions` are its points from `first`
     /// on.
@@ -51,7 +52,8 @@ class PreviewSelection {
     BuiltPreview preview(std::span<const PreviewCandidate> sorted, std::uint64_t before) const;
 
   private:
-    double fractionFor(std::uint64_t total) const;
+    explicit PreviewSelection(const Octree& octree);
+    Status findFraction(Communicator& ranks);
     std::uint64_t drawnBy(double fraction) const;
 
     const Octree& octree_;

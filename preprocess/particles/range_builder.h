@@ -40,12 +40,6 @@ struct CellSum {
     std::uint64_t cell;  ///< its Morton key at cellLevel
 };
 
-/// What a unit of the plan turned out to be.
-struct UnitTree {
-    double weight = 0.0;        ///< of a leaf
-    std::uint8_t children = 0;  ///< of a divided one, as in OctreeLevel
-};
-
 struct RangeTree {
     std::vector<UnitTree> units;  ///< as in the plan
     OctreeLevels levels;          ///< below the grid's; the first one is gridLevel + 1

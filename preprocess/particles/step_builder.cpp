@@ -267,8 +267,8 @@ class Builder {
         MOTE_RETURN_IF_ERROR(sortIntoRanges());
         MOTE_RETURN_IF_ERROR(agree(ranks_, buildRanges()));
         MOTE_RETURN_IF_ERROR(shareVolume());
-        MOTE_RETURN_IF_ERROR(shareTrees());
-        MOTE_ASSIGN_OR_RETURN(built_.octree, assembleOctree(std::move(plan_.levels)));
+        auto part = joinTrees();
+        MOTE_ASSIGN_OR_RETURN(built_.octree, assembleOctree(std::move(part), ranks_));
         built_.points = std::move(store_.particles);
         return std::move(built_);
     }
@@ -295,6 +295,8 @@ class Builder {
             built_.firstPoint.push_back(range < plan_.ranges.size() ? plan_.ranges[range].begin
                                                                     : plan_.particles());
         }
+        const std::size_t first = firstRange[rank()];
+        firstUnit_ = first < plan_.ranges.size() ? plan_.ranges[first].firstUnit : plan_.units.size();
         ranges_ =
             std::span(plan_.ranges).subspan(firstRange[rank()], firstRange[rank() + 1] - firstRange[rank()]);
         MOTE_RETURN_IF_ERROR(agree(ranks_, makeStores()));
@@ -366,24 +368,25 @@ class Builder {
         return success();
     }
 
-    /// Puts what all ranks found below the grid into the plan's levels.
-    Status shareTrees() {
-        auto units = joined<UnitTree>([](RangeTree & tree) -> auto& { return tree.units; });
-        MOTE_RETURN_IF_ERROR(shareUnits(units));
-        const std::size_t depths =
-            options_.octree.maxLevel > gridLevel_ ? options_.octree.maxLevel - gridLevel_ : 0;
-        for (std::size_t depth = 0; depth < depths; ++depth) {
-            const auto shareOne = [&]<class T>(std::vector<T> OctreeLevel::*list) {
-                auto mine = joined<T>([&](RangeTree & tree) -> auto& { return tree.levels[depth].*list; });
-                return shareInto(plan_.levels.back().*list, mine);
+    /// What this rank found below the grid, and the plan's levels.
+    OctreePart joinTrees() {
+        OctreePart part;
+        part.top = std::move(plan_.levels);
+        part.units = std::move(plan_.units);
+        part.firstUnit = firstUnit_;
+        part.found = joined<UnitTree>([](RangeTree & tree) -> auto& { return tree.units; });
+        if (options_.octree.maxLevel > gridLevel_) part.below.resize(options_.octree.maxLevel - gridLevel_);
+        for (std::size_t depth = 0; depth < part.below.size(); ++depth) {
+            const auto joinOne = [&]<class T>(std::vector<T> OctreeLevel::*list) {
+                part.below[depth].*list =
+                    joined<T>([&](RangeTree & tree) -> auto& { return tree.levels[depth].*list; });
             };
-            plan_.levels.emplace_back();
-            MOTE_RETURN_IF_ERROR(shareOne(&OctreeLevel::children));
-            MOTE_RETURN_IF_ERROR(shareOne(&OctreeLevel::count));
-            MOTE_RETURN_IF_ERROR(shareOne(&OctreeLevel::weight));
+            joinOne(&OctreeLevel::children);
+            joinOne(&OctreeLevel::count);
+            joinOne(&OctreeLevel::weight);
         }
         trees_.clear();
-        return success();
+        return part;
     }
 
     /// Of all ranges in turn the lists that `of` names, which are given up.
@@ -399,30 +402,6 @@ class Builder {
         return all;
     }
 
-    Status shareUnits(std::vector<UnitTree>& mine) {
-        std::vector<UnitTree> all;
-        MOTE_RETURN_IF_ERROR(shareInto(all, mine));
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            const auto& unit = plan_.units[i];
-            plan_.levels[unit.level].weight[unit.index] = all[i].weight;
-            if (unit.divided) plan_.levels[unit.level].children[unit.index] = all[i].children;
-        }
-        return success();
-    }
-
-    /// All ranks' values in turn; this one's are given up.
-    template <class T>
-    Status shareInto(std::vector<T>& all, std::vector<T>& mine) {
-        if (ranks_.size() == 1) {
-            all = std::move(mine);
-            return success();
-        }
-        MOTE_ASSIGN_OR_RETURN(const auto shared, shareValues<T>(ranks_, mine));
-        mine = std::vector<T>();
-        for (const auto& values : shared) appendTo(all, values);
-        return success();
-    }
-
     StepReader& reader_;
     const std::array<Range, 3>& bounds_;
     const StepOptions& options_;
@@ -435,6 +414,7 @@ class Builder {
     double weight_ = 0.0;               ///< that of all, where they do not
     CellPlan plan_;
     std::span<const PlanRange> ranges_;  ///< this rank's
+    std::size_t firstUnit_ = 0;          ///< of this rank's
     SortedParticles store_;
     std::vector<RangeTree> trees_;  ///< by range of this rank
     BuiltStep built_;

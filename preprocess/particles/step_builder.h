@@ -46,7 +46,7 @@ struct StepCounts {
 
 struct BuiltStep {
     StepCounts counts;
-    Octree octree;              ///< the same on all ranks
+    Octree octree;
     std::vector<float> volume;  ///< the same on all ranks; volumeSize^3, x fastest
     std::uint32_t volumeSize = 0;
     RecordStore points;  ///< LeafPoints of this rank's ranges, in Morton order of their leaves

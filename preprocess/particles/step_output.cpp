@@ -43,6 +43,19 @@ std::size_t addList(Bytes& message, std::uint64_t length) {
     return at + sizeof length;
 }
 
+/// Adds a list of these values to a message.
+template <class T>
+void addValues(Bytes& message, const std::vector<T>& values) {
+    const std::size_t at = addList<T>(message, values.size());
+    std::memcpy(message.data() + at, values.data(), values.size() * sizeof(T));
+}
+
+/// The values that a message is.
+template <class T>
+std::span<const T> spanOf(const Bytes& message) {
+    return {reinterpret_cast<const T*>(message.data()), message.size() / sizeof(T)};
+}
+
 /// Takes a list off the front of a message.
 template <class T>
 std::span<const T> takeList(std::span<const std::byte>& message) {
@@ -53,28 +66,40 @@ std::span<const T> takeList(std::span<const std::byte>& message) {
     return values;
 }
 
+/// Of the points of a leaf, which lie one after another among all in Morton order.
+struct WantedPoints {
+    std::uint32_t source, count;
+};
+
+/// Writes the points of this rank's slice of the leaves, a window of them at a time, and then the preview.
 class PointOutput {
   public:
     /// All references outlive this.
     PointOutput(const BuiltStep& step, const storage::StepFile& file, Communicator& ranks,
-                std::function<bool()> cancelled)
+                std::function<bool()> cancelled, PreviewSelection selection)
         : step_(step),
           file_(file),
           ranks_(ranks),
           cancelled_(std::move(cancelled)),
-          selection_(step.octree),
+          selection_(std::move(selection)),
+          begin_(step.octree.slicePoint[own()]),
+          end_(step.octree.slicePoint[own() + 1]),
           candidates_(windowCount()) {}
 
     /// Writes the points of all windows. Errors: resourceExhausted (disk full), cancelled, internal; the same
     /// on all ranks.
     Status run() {
-        if (ranks_.size() == 1) return runAlone();
-        const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+        if (ranks_.size() == 1) return writeWindows(0, windowCount(), {});
+        MOTE_RETURN_IF_ERROR(ask());
+        const std::array<std::size_t, 2> mine{
+            windowCount(), static_cast<std::size_t>(tbb::this_task_arena::max_concurrency())};
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::size_t>(ranks_, mine));
+        std::size_t most = 0;
+        for (const auto& of : all) most = std::max(most, of[0]);
         // Ranks may differ in their threads, not in what they expect of each other.
-        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::size_t>(ranks_, std::span(&threads, 1)));
-        const std::size_t together = 2 * all.front().front() * all.size();
-        for (std::size_t first = 0; first < windowCount(); first += together) {
-            MOTE_RETURN_IF_ERROR(agree(ranks_, runRound(first, std::min(windowCount(), first + together))));
+        const std::size_t together = 2 * all.front()[1];
+        for (std::size_t first = 0; first < most; first += together) {
+            MOTE_RETURN_IF_ERROR(agree(ranks_, runRound(first, first + together)));
         }
         return success();
     }
@@ -83,12 +108,8 @@ class PointOutput {
     Status writePreview() {
         if (ranks_.size() == 1) return writePreview({candidates_.begin(), candidates_.end()});
         MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(slices()));
-        std::vector<std::span<const std::byte>> rest(incoming.begin(), incoming.end());
         std::vector<std::span<const PreviewCandidate>> lists;
-        // Each window's candidates come from the one rank that wrote it; of the others, none.
-        for (std::size_t i = 0; i < windowCount(); ++i) {
-            for (auto& bytes : rest) lists.push_back(takeList<PreviewCandidate>(bytes));
-        }
+        for (const auto& bytes : incoming) lists.push_back(spanOf<PreviewCandidate>(bytes));
         return writePreview(lists);
     }
 
@@ -99,18 +120,27 @@ class PointOutput {
     };
     /// A thread's memory.
     struct Worker {
-        std::vector<LeafPoint> gathered;
+        std::vector<LeafPoint> buffer;
         std::vector<storage::PackedPosition> positions;
         std::vector<std::uint64_t> rows;
     };
+    /// What another rank wants of this one's points, in their order.
+    struct Wanted {
+        std::vector<std::uint64_t> points;  ///< by window of that rank
+        std::vector<std::size_t> first;     ///< by window, where it begins in the list
+        std::vector<WantedPoints> list;
+    };
+    /// By rank, what came of it for a window.
+    using Streams = std::vector<std::span<const LeafPoint>>;
 
     std::size_t own() const { return static_cast<std::size_t>(ranks_.rank()); }
+    std::size_t size() const { return static_cast<std::size_t>(ranks_.size()); }
 
-    std::size_t windowCount() const { return (step_.counts.particles + windowPoints - 1) / windowPoints; }
+    std::size_t windowCount() const { return (end_ - begin_ + windowPoints - 1) / windowPoints; }
 
     Window window(std::size_t index) const {
-        const std::uint64_t begin = index * windowPoints;
-        return {begin, std::min(step_.counts.particles, begin + windowPoints)};
+        const std::uint64_t begin = begin_ + index * windowPoints;
+        return {begin, std::min(end_, begin + windowPoints)};
     }
 
     /// Calls `use(leaf, first, count)` for the leaves of a window: which of their points lie in it.
@@ -133,92 +163,128 @@ class PointOutput {
         return static_cast<std::size_t>(after - first.begin()) - 1;
     }
 
-    Status runAlone() {
-        tbb::enumerable_thread_specific<Worker> workers;
-        return inParallel(windowCount(), [&](std::size_t i) -> Status {
-            if (cancelled_()) return wasCancelled();
-            auto& worker = workers.local();
-            worker.gathered.resize(window(i).end - window(i).begin);
-            MOTE_RETURN_IF_ERROR(gather(window(i), std::as_writable_bytes(std::span(worker.gathered))));
-            return write(i, {worker.gathered}, worker);
-        });
+    /// Tells the others what this rank wants of their points, and learns what they want.
+    Status ask() {
+        std::vector<std::vector<std::uint64_t>> points(size(), std::vector<std::uint64_t>(windowCount()));
+        std::vector<std::vector<std::uint64_t>> parts = points;
+        std::vector<std::vector<WantedPoints>> lists(size());
+        for (std::size_t i = 0; i < windowCount(); ++i) {
+            forEachPart(window(i), [&](std::size_t leaf, std::uint32_t first, std::size_t count) {
+                const std::size_t rank = rankOf(leaf);
+                if (rank == own()) return;
+                points[rank][i] += count;
+                ++parts[rank][i];
+                lists[rank].push_back(
+                    {step_.octree.leafSource[leaf] + first, static_cast<std::uint32_t>(count)});
+            });
+        }
+        std::vector<Bytes> outgoing(size());
+        for (std::size_t rank = 0; rank < size(); ++rank) {
+            addValues<std::uint64_t>(outgoing[rank], points[rank]);
+            addValues<std::uint64_t>(outgoing[rank], parts[rank]);
+            addValues<WantedPoints>(outgoing[rank], std::exchange(lists[rank], {}));
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
+        for (const auto& bytes : incoming) {
+            std::span<const std::byte> rest(bytes);
+            const auto ofWindow = takeList<std::uint64_t>(rest);
+            const auto partsOf = takeList<std::uint64_t>(rest);
+            const auto list = takeList<WantedPoints>(rest);
+            auto& wanted = wanted_.emplace_back();
+            wanted.points.assign(ofWindow.begin(), ofWindow.end());
+            wanted.first.resize(partsOf.size() + 1);
+            std::inclusive_scan(partsOf.begin(), partsOf.end(), wanted.first.begin() + 1);
+            wanted.list.assign(list.begin(), list.end());
+        }
+        return success();
     }
 
-    /// Windows [first, last), in turn one for each rank.
+    /// Windows [first, last) of each rank, as far as it has so many.
     Status runRound(std::size_t first, std::size_t last) {
         auto outgoing = gatherRound(first, last);
         MOTE_RETURN_IF_ERROR(agree(ranks_, outgoing));
         MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(*std::move(outgoing)));
-        const auto size = static_cast<std::size_t>(ranks_.size());
-        std::vector<std::span<const std::byte>> rest(incoming.begin(), incoming.end());
-        std::vector<std::pair<std::size_t, std::vector<std::span<const LeafPoint>>>> mine;
-        for (std::size_t i = first; i < last; ++i) {
-            if (i % size != own()) continue;
-            auto& streams = mine.emplace_back(i, std::vector<std::span<const LeafPoint>>()).second;
-            for (auto& bytes : rest) streams.push_back(takeList<LeafPoint>(bytes));
+        const std::size_t begin = std::min(first, windowCount());
+        const std::size_t end = std::min(last, windowCount());
+        std::vector<Streams> streams(end - begin);
+        for (const auto& bytes : incoming) {
+            std::span<const std::byte> rest(bytes);
+            for (auto& ofWindow : streams) {
+                ofWindow.push_back(rest.empty() ? std::span<const LeafPoint>() : takeList<LeafPoint>(rest));
+            }
         }
-        tbb::enumerable_thread_specific<Worker> workers;
-        return inParallel(mine.size(), [&](std::size_t i) {
-            return write(mine[i].first, std::move(mine[i].second), workers.local());
-        });
+        return writeWindows(begin, end, streams);
     }
 
     /// This rank's points of all windows, by the rank that writes them.
     Result<std::vector<Bytes>> gatherRound(std::size_t first, std::size_t last) {
-        if (cancelled_()) return wasCancelled();
-        std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks_.size()));
-        std::vector<std::size_t> begin;
-        for (std::size_t i = first; i < last; ++i) {
-            begin.push_back(addList<LeafPoint>(outgoing[i % outgoing.size()], ownPoints(window(i))));
+        std::vector<Bytes> outgoing(size());
+        std::vector<std::function<Status()>> work;
+        for (std::size_t rank = 0; rank < size(); ++rank) {
+            if (rank == own()) continue;
+            const auto& wanted = wanted_[rank];
+            std::vector<std::size_t> begin;
+            const std::size_t end = std::min(last, wanted.points.size());
+            std::size_t bytes = 0;
+            for (std::size_t i = first; i < end; ++i) bytes += 8 + wanted.points[i] * sizeof(LeafPoint);
+            outgoing[rank].reserve(bytes);
+            for (std::size_t i = first; i < end; ++i)
+                begin.push_back(addList<LeafPoint>(outgoing[rank], wanted.points[i]));
+            for (std::size_t i = first; i < end; ++i) {
+                work.emplace_back(
+                    [this, &wanted, i, to = std::span(outgoing[rank]).subspan(begin[i - first])] {
+                        return gather(std::span(wanted.list)
+                                          .subspan(wanted.first[i], wanted.first[i + 1] - wanted.first[i]),
+                                      to);
+                    });
+            }
         }
-        MOTE_RETURN_IF_ERROR(inParallel(last - first, [&](std::size_t i) {
-            auto& to = outgoing[(first + i) % outgoing.size()];
-            return gather(window(first + i), std::span(to).subspan(begin[i]));
-        }));
+        MOTE_RETURN_IF_ERROR(inParallel(work.size(), [&](std::size_t i) { return work[i](); }));
         return outgoing;
     }
 
-    std::uint64_t ownPoints(const Window& window) const {
-        std::uint64_t points = 0;
-        forEachPart(window, [&](std::size_t leaf, std::uint32_t, std::size_t count) {
-            if (rankOf(leaf) == own()) points += count;
-        });
-        return points;
+    /// Points of this rank to the front of `to`.
+    Status gather(std::span<const WantedPoints> wanted, std::span<std::byte> to) const {
+        std::vector<LeafPoint> buffer;
+        for (const auto& one : wanted) {
+            MOTE_ASSIGN_OR_RETURN(const auto points,
+                                  step_.points.read(one.source - step_.firstPoint[own()], one.count, buffer));
+            std::memcpy(to.data(), points.data(), points.size_bytes());
+            to = to.subspan(points.size_bytes());
+        }
+        return success();
     }
 
-    /// This rank's points of a window, in their order, to the front of `to`.
-    Status gather(const Window& window, std::span<std::byte> to) const {
-        const std::uint64_t base = step_.firstPoint[own()];
-        std::vector<LeafPoint> buffer;
+    /// `streams`, by window: what others have of their points.
+    Status writeWindows(std::size_t begin, std::size_t end, std::vector<Streams> streams) {
+        tbb::enumerable_thread_specific<Worker> workers;
+        return inParallel(end - begin, [&](std::size_t i) -> Status {
+            if (cancelled_()) return wasCancelled();
+            return write(begin + i, streams.empty() ? Streams() : std::move(streams[i]), workers.local());
+        });
+    }
+
+    Status write(std::size_t index, Streams streams, Worker& worker) {
+        const auto where = window(index);
+        worker.positions.resize(where.end - where.begin);
+        worker.rows.resize(where.end - where.begin);
+        std::size_t at = 0;
         Status status = success();
-        forEachPart(window, [&](std::size_t leaf, std::uint32_t first, std::size_t count) {
-            if (!status.ok() || rankOf(leaf) != own()) return;
-            const auto points =
-                step_.points.read(step_.octree.leafSource[leaf] - base + first, count, buffer);
+        forEachPart(where, [&](std::size_t leaf, std::uint32_t first, std::size_t count) {
+            const auto points = pointsOf(leaf, first, count, streams, worker);
             if (!points.ok()) {
                 status = points.error();
                 return;
             }
-            std::memcpy(to.data(), points->data(), points->size_bytes());
-            to = to.subspan(points->size_bytes());
-        });
-        return status;
-    }
-
-    Status write(std::size_t index, std::vector<std::span<const LeafPoint>> streams, Worker& worker) {
-        const auto where = window(index);
-        worker.positions.clear();
-        worker.rows.clear();
-        forEachPart(where, [&](std::size_t leaf, std::uint32_t first, std::size_t count) {
-            auto& stream = streams[rankOf(leaf)];
-            MOTE_CHECK(stream.size() >= count);
-            for (const auto& point : stream.first(count)) {
-                worker.positions.push_back(point.position);
-                worker.rows.push_back(point.row);
+            const auto positions = std::span(worker.positions).subspan(at, count);
+            for (std::size_t i = 0; i < count; ++i) {
+                positions[i] = (*points)[i].position;
+                worker.rows[at + i] = (*points)[i].row;
             }
-            stream = stream.subspan(count);
-            selection_.add(leaf, first, std::span(worker.positions).last(count), candidates_[index]);
+            at += count;
+            selection_.add(leaf, first, positions, candidates_[index]);
         });
+        MOTE_RETURN_IF_ERROR(status);
         MOTE_RETURN_IF_ERROR(file_.write(StepArray::pointPosition,
                                          where.begin * sizeof(storage::PackedPosition),
                                          std::as_bytes(std::span(worker.positions))));
@@ -226,20 +292,35 @@ class PointOutput {
                            std::as_bytes(std::span(worker.rows)));
     }
 
-    /// This rank's candidates by the rank that puts them in order, each window's a list; they are gone then.
+    /// Points [first, first + count) of a leaf. Those of other ranks are taken off the front of their stream.
+    Result<std::span<const LeafPoint>> pointsOf(std::size_t leaf, std::uint32_t first, std::size_t count,
+                                                Streams& streams, Worker& worker) const {
+        const std::size_t rank = rankOf(leaf);
+        if (rank == own()) {
+            const auto source = step_.octree.leafSource[leaf] - step_.firstPoint[rank] + first;
+            return step_.points.read(source, count, worker.buffer);
+        }
+        auto& stream = streams[rank];
+        MOTE_CHECK(stream.size() >= count);
+        const auto points = stream.first(count);
+        stream = stream.subspan(count);
+        return points;
+    }
+
+    /// This rank's candidates by the rank that puts them in order; they are gone then.
     std::vector<Bytes> slices() {
-        std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks_.size()));
-        std::vector<std::vector<PreviewCandidate>> ofSlice(outgoing.size());
+        std::vector<std::size_t> next(size());
+        for (const auto& ofWindow : candidates_) {
+            for (const auto& candidate : ofWindow) ++next[selection_.sliceOf(candidate, size())];
+        }
+        std::vector<Bytes> outgoing(size());
+        for (std::size_t slice = 0; slice < size(); ++slice)
+            outgoing[slice].resize(std::exchange(next[slice], 0) * sizeof(PreviewCandidate));
         for (auto& ofWindow : candidates_) {
             for (const auto& candidate : std::exchange(ofWindow, {})) {
-                ofSlice[selection_.sliceOf(candidate, ofSlice.size())].push_back(candidate);
-            }
-            for (std::size_t slice = 0; slice < ofSlice.size(); ++slice) {
-                const auto list = std::as_bytes(std::span(ofSlice[slice]));
-                const auto begin = addList<PreviewCandidate>(outgoing[slice], ofSlice[slice].size());
-                std::copy(list.begin(), list.end(),
-                          outgoing[slice].begin() + static_cast<std::ptrdiff_t>(begin));
-                ofSlice[slice].clear();
+                const std::size_t slice = selection_.sliceOf(candidate, size());
+                std::memcpy(outgoing[slice].data() + next[slice], &candidate, sizeof candidate);
+                next[slice] += sizeof candidate;
             }
         }
         return outgoing;
@@ -247,7 +328,7 @@ class PointOutput {
 
     /// Puts this rank's slice in order and writes what of it is in the preview.
     Status writePreview(const std::vector<std::span<const PreviewCandidate>>& lists) {
-        const auto sorted = selection_.sorted(lists, own(), static_cast<std::size_t>(ranks_.size()));
+        const auto sorted = selection_.sorted(lists, own(), size());
         const std::uint64_t size = sorted.size();
         MOTE_ASSIGN_OR_RETURN(const auto sizes, shareValues<std::uint64_t>(ranks_, std::span(&size, 1)));
         std::uint64_t before = 0, all = 0;
@@ -274,6 +355,8 @@ class PointOutput {
     Communicator& ranks_;
     std::function<bool()> cancelled_;
     PreviewSelection selection_;
+    std::uint64_t begin_, end_;                              ///< this rank's slice of the points
+    std::vector<Wanted> wanted_;                             ///< by rank
     std::vector<std::vector<PreviewCandidate>> candidates_;  ///< by window
 };
 
@@ -287,8 +370,7 @@ class StepFiles {
           ranks_(*output.ranks),
           path_(output.directory / (output.name + ".h5")) {
         const auto points = step.counts.particles;
-        shape_ = {step.octree.level.size(), step.octree.leafNode.size(), points, previewSize(points),
-                  step.volumeSize};
+        shape_ = {step.octree.nodeTotal, step.octree.leafTotal, points, previewSize(points), step.volumeSize};
     }
 
     Result<StepFile::Places> run() {
@@ -297,7 +379,8 @@ class StepFiles {
         if (ranks_.size() > 1 || tbb::this_task_arena::max_concurrency() > 1) file_->writeTogether();
         if (!output_.rowsAreRead) file_->leaveRows();
         if (ranks_.first()) file_->hashAhead(output_.cancelled);
-        PointOutput points(step_, *file_, ranks_, output_.cancelled);
+        MOTE_ASSIGN_OR_RETURN(auto selection, PreviewSelection::make(step_.octree, ranks_));
+        PointOutput points(step_, *file_, ranks_, output_.cancelled, std::move(selection));
         MOTE_RETURN_IF_ERROR(ranks_.size() == 1 ? writeAlone(points) : writeTogether(points));
         MOTE_RETURN_IF_ERROR(points.writePreview());
         MOTE_RETURN_IF_ERROR(syncOthers());
@@ -328,9 +411,36 @@ class StepFiles {
         return agree(ranks_, status);
     }
 
+    /// What this rank has of an array of nodes.
     template <class T>
-    Status write(StepArray which, const std::vector<T>& values) {
-        MOTE_RETURN_IF_ERROR(file_->write(which, 0, std::as_bytes(std::span(values))));
+    Status writeNodes(StepArray which, const std::vector<T>& values) {
+        for (const auto& run : step_.octree.runs) {
+            MOTE_RETURN_IF_ERROR(
+                file_->write(which, run.place * sizeof(T),
+                             std::as_bytes(std::span(values).subspan(run.first, run.count))));
+        }
+        return written(which);
+    }
+
+    template <class T>
+    Status writeLeaves(StepArray which, const std::vector<T>& values) {
+        MOTE_RETURN_IF_ERROR(
+            file_->write(which, step_.octree.leafBefore * sizeof(T), std::as_bytes(std::span(values))));
+        return written(which);
+    }
+
+    /// Of the volume, which all ranks know, each writes as much.
+    Status writeVolume() {
+        const auto size = static_cast<std::size_t>(ranks_.size());
+        const auto rank = static_cast<std::size_t>(ranks_.rank());
+        const auto& volume = step_.volume;
+        const std::size_t begin = volume.size() * rank / size, end = volume.size() * (rank + 1) / size;
+        MOTE_RETURN_IF_ERROR(file_->write(StepArray::volumeDensity, begin * sizeof(float),
+                                          std::as_bytes(std::span(volume).subspan(begin, end - begin))));
+        return written(StepArray::volumeDensity);
+    }
+
+    Status written(StepArray which) {
         if (ranks_.size() == 1) file_->complete(which);
         return success();
     }
@@ -362,27 +472,24 @@ class StepFiles {
         return success();
     }
 
-    /// Octree, leaves and volume, which all ranks know: each writes some.
+    /// Octree, leaves and volume, as far as they are this rank's.
     Status writeTree() {
         const auto& tree = step_.octree;
         const std::vector<std::function<Status()>> parts{
-            [&] { return write(StepArray::octreeLevel, tree.level); },
-            [&] { return write(StepArray::octreeMorton, tree.morton); },
-            [&] { return write(StepArray::octreeFirstChild, tree.firstChild); },
-            [&] { return write(StepArray::octreeChildCount, tree.childCount); },
-            [&] { return write(StepArray::octreeCount, tree.count); },
-            [&] { return write(StepArray::octreeDensity, tree.density); },
-            [&] { return write(StepArray::octreeMinDensity, tree.minDensity); },
-            [&] { return write(StepArray::leafNode, tree.leafNode); },
-            [&] { return write(StepArray::leafPointBegin, tree.leafPointBegin); },
-            [&] { return write(StepArray::leafPointCount, tree.leafPointCount); },
-            [&] { return write(StepArray::leafDensity, tree.leafDensity); },
-            [&] { return write(StepArray::volumeDensity, step_.volume); },
+            [&] { return writeNodes(StepArray::octreeLevel, tree.level); },
+            [&] { return writeNodes(StepArray::octreeMorton, tree.morton); },
+            [&] { return writeNodes(StepArray::octreeFirstChild, tree.firstChild); },
+            [&] { return writeNodes(StepArray::octreeChildCount, tree.childCount); },
+            [&] { return writeNodes(StepArray::octreeCount, tree.count); },
+            [&] { return writeNodes(StepArray::octreeDensity, tree.density); },
+            [&] { return writeNodes(StepArray::octreeMinDensity, tree.minDensity); },
+            [&] { return writeLeaves(StepArray::leafNode, tree.leafNode); },
+            [&] { return writeLeaves(StepArray::leafPointBegin, tree.leafPointBegin); },
+            [&] { return writeLeaves(StepArray::leafPointCount, tree.leafPointCount); },
+            [&] { return writeLeaves(StepArray::leafDensity, tree.leafDensity); },
+            [&] { return writeVolume(); },
         };
-        const auto size = static_cast<std::size_t>(ranks_.size());
-        const auto rank = static_cast<std::size_t>(ranks_.rank());
-        return inParallel(parts.size(),
-                          [&](std::size_t i) { return i % size == rank ? parts[i]() : success(); });
+        return inParallel(parts.size(), [&](std::size_t i) { return parts[i](); });
     }
 
     /// What the other ranks have written can be read by the first, which hashes it, once they have synced it.

@@ -23,6 +23,7 @@
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/account.h"
 #include "tests/unit/particles/job_run.h"
+#include "tests/unit/particles/thread_ranks.h"
 
 namespace mote::prep {
 namespace {
@@ -61,10 +62,37 @@ Run randomRun(std::size_t size, std::uint64_t seed) {
 
 struct Made {
     CellPlan plan;
+    OctreeOptions options;
+    std::vector<RangeTree> ranges;
     Octree tree;
     std::vector<LeafPoint> points;
     std::vector<CellSum> cells;
 };
+
+/// What a rank has that sorts the ranges [begin, end).
+OctreePart partOf(const Made& made, std::size_t begin, std::size_t end) {
+    OctreePart part{made.plan.levels, {}, made.plan.units, made.plan.units.size(), {}};
+    if (begin < made.plan.ranges.size()) part.firstUnit = made.plan.ranges[begin].firstUnit;
+    if (made.options.maxLevel > made.plan.gridLevel)
+        part.below.resize(made.options.maxLevel - made.plan.gridLevel);
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    for (std::size_t range = begin; range < end; ++range) {
+        append(part.found, made.ranges[range].units);
+        for (std::size_t depth = 0; depth < part.below.size(); ++depth) {
+            append(part.below[depth].children, made.ranges[range].levels[depth].children);
+            append(part.below[depth].count, made.ranges[range].levels[depth].count);
+            append(part.below[depth].weight, made.ranges[range].levels[depth].weight);
+        }
+    }
+    return part;
+}
+
+Octree wholeTree(const Made& made) {
+    const auto alone = singleProcess();
+    auto tree = assembleOctree(partOf(made, 0, made.ranges.size()), *alone);
+    EXPECT_TRUE(tree.ok());
+    return *std::move(tree);
+}
 
 /// What StepBuilder does, in plain steps and all in memory.
 Made make(const Run& run, unsigned gridLevel, const OctreeOptions& options, unsigned cellLevel) {
@@ -72,8 +100,7 @@ Made make(const Run& run, unsigned gridLevel, const OctreeOptions& options, unsi
     for (const auto& particle : run.particles) ++counts[cellOf(particle, gridLevel)];
     Made made;
     made.plan = planCells(counts, gridLevel, options);
-    auto levels = made.plan.levels;
-    if (options.maxLevel > gridLevel) levels.resize(options.maxLevel + 1);
+    made.options = options;
     RangeBuilder builder;
     for (std::size_t range = 0; range < made.plan.ranges.size(); ++range) {
         const auto& planned = made.plan.ranges[range];
@@ -85,25 +112,13 @@ Made make(const Run& run, unsigned gridLevel, const OctreeOptions& options, unsi
         }
         EXPECT_EQ(part.particles.size(), planned.count);
         const auto units = std::span(made.plan.units).subspan(planned.firstUnit, planned.unitCount);
-        const auto tree =
-            builder.build(part.particles, {part.weights, 0.0}, units, {options, gridLevel, cellLevel});
-        for (std::size_t i = 0; i < units.size(); ++i) {
-            levels[units[i].level].weight[units[i].index] = tree.units[i].weight;
-            levels[units[i].level].children[units[i].index] |= tree.units[i].children;
-        }
-        for (std::size_t depth = 0; depth < tree.levels.size(); ++depth) {
-            auto& level = levels[gridLevel + 1 + depth];
-            const auto& more = tree.levels[depth];
-            level.children.insert(level.children.end(), more.children.begin(), more.children.end());
-            level.count.insert(level.count.end(), more.count.begin(), more.count.end());
-            level.weight.insert(level.weight.end(), more.weight.begin(), more.weight.end());
-        }
+        made.ranges.push_back(
+            builder.build(part.particles, {part.weights, 0.0}, units, {options, gridLevel, cellLevel}));
+        const auto& tree = made.ranges.back();
         made.points.insert(made.points.end(), builder.points().begin(), builder.points().end());
         made.cells.insert(made.cells.end(), tree.cells.begin(), tree.cells.end());
     }
-    auto tree = assembleOctree(std::move(levels));
-    EXPECT_TRUE(tree.ok());
-    made.tree = *std::move(tree);
+    made.tree = wholeTree(made);
     return made;
 }
 
@@ -171,8 +186,8 @@ TEST(Octree, LeavesOfManyBlocksAreInOrder) {
         const auto others = makeManyLeaves(weighted, 3).tree;
         EXPECT_TRUE(others.leafNode == tree.leafNode && others.firstChild == tree.firstChild);
         EXPECT_TRUE(others.leafSource == tree.leafSource && others.leafPointBegin == tree.leafPointBegin);
-        EXPECT_EQ(densityRange(others), densityRange(tree));
-        EXPECT_EQ(densityRange(tree).max, densities.max);
+        EXPECT_EQ(others.toldDensities, tree.toldDensities);
+        EXPECT_EQ(tree.toldDensities.max, densities.max);
     }
 }
 
@@ -238,10 +253,129 @@ TEST(Octree, OfNothingIsARootWithAnEmptyLeaf) {
 }
 
 TEST(Octree, DensitiesBeyondSinglePrecisionAreAnError) {
-    OctreeLevels levels(1);
-    levels[0].add(1);
-    levels[0].weight[0] = 1e39;
-    EXPECT_FALSE(assembleOctree(levels).ok());
+    OctreePart part;
+    part.top.resize(1);
+    part.top[0].add(1);
+    part.units.push_back({0, false, 1, 0, 0});
+    part.found.push_back({1e39, 0});
+    EXPECT_FALSE(assembleOctree(part, *singleProcess()).ok());
+    // Of one rank alone, the other having nothing: both learn of it.
+    test::ThreadRanks ranks(2);
+    std::atomic<int> failed{0};
+    ranks.run([&](Communicator& own) {
+        OctreePart mine = part;
+        if (own.rank() == 1) {
+            mine.found.clear();
+            mine.firstUnit = 1;
+        }
+        if (!assembleOctree(mine, own).ok()) ++failed;
+    });
+    EXPECT_EQ(failed, 2);
+}
+
+/// What the ranks hold, as one octree again; each node and leaf must be in one of them.
+Octree joinedTree(const std::vector<Octree>& parts) {
+    Octree all;
+    const auto join = [&]<class T>(std::vector<T> Octree::*list, const Octree& part) {
+        (all.*list).resize(parts[0].nodeTotal);
+        for (const auto& run : part.runs) {
+            const auto from = (part.*list).begin() + static_cast<std::ptrdiff_t>(run.first);
+            std::copy_n(from, run.count, (all.*list).begin() + static_cast<std::ptrdiff_t>(run.place));
+        }
+    };
+    std::vector<int> seen(parts[0].nodeTotal);
+    for (const auto& part : parts) {
+        EXPECT_EQ(part.leafBefore, all.leafNode.size());
+        EXPECT_EQ(part.leafTotal, parts[0].leafTotal);
+        EXPECT_EQ(part.slicePoint, parts[0].slicePoint);
+        EXPECT_EQ(part.toldDensities, parts[0].toldDensities);
+        EXPECT_EQ(part.leafDensities, parts[0].leafDensities);
+        EXPECT_EQ(part.totalWeight, parts[0].totalWeight);
+        for (const auto& run : part.runs) {
+            for (std::size_t i = 0; i < run.count; ++i) ++seen[run.place + i];
+        }
+        join(&Octree::level, part);
+        join(&Octree::morton, part);
+        join(&Octree::firstChild, part);
+        join(&Octree::childCount, part);
+        join(&Octree::count, part);
+        join(&Octree::density, part);
+        join(&Octree::minDensity, part);
+        const auto append = [&](auto list) {
+            (all.*list).insert((all.*list).end(), (part.*list).begin(), (part.*list).end());
+        };
+        append(&Octree::leafNode);
+        append(&Octree::leafPointBegin);
+        append(&Octree::leafPointCount);
+        append(&Octree::leafDensity);
+        append(&Octree::leafSource);
+        append(&Octree::leafCell);
+    }
+    EXPECT_EQ(all.leafNode.size(), parts[0].leafTotal);
+    EXPECT_EQ(std::ranges::count(seen, 1), static_cast<std::ptrdiff_t>(seen.size()));
+    return all;
+}
+
+void expectSame(const Octree& a, const Octree& b) {
+    EXPECT_TRUE(a.level == b.level && a.morton == b.morton && a.count == b.count);
+    EXPECT_TRUE(a.firstChild == b.firstChild && a.childCount == b.childCount);
+    EXPECT_TRUE(a.density == b.density && a.minDensity == b.minDensity);
+    EXPECT_TRUE(a.leafNode == b.leafNode && a.leafPointBegin == b.leafPointBegin);
+    EXPECT_TRUE(a.leafPointCount == b.leafPointCount && a.leafDensity == b.leafDensity);
+    EXPECT_TRUE(a.leafSource == b.leafSource && a.leafCell == b.leafCell);
+}
+
+/// `cuts`: each rank's first range, and one more.
+std::vector<Octree> assembledBy(const Made& made, const std::vector<std::size_t>& cuts) {
+    std::vector<Octree> parts(cuts.size() - 1);
+    test::ThreadRanks ranks(parts.size());
+    ranks.run([&](Communicator& own) {
+        const auto rank = static_cast<std::size_t>(own.rank());
+        auto tree = assembleOctree(partOf(made, cuts[rank], cuts[rank + 1]), own);
+        EXPECT_TRUE(tree.ok());
+        if (tree.ok()) parts[rank] = *std::move(tree);
+    });
+    return parts;
+}
+
+/// However its ranges are shared out, also where ranks have none.
+TEST(Octree, OfAnyNumberOfPartsIsTheWhole) {
+    std::mt19937_64 random(20);
+    for (const std::size_t particles : {0U, 1U, 20000U, 300000U}) {
+        for (const auto& [grid, maxLevel, capacity] :
+             {std::tuple(1U, 0U, 8U), {2U, 1U, 8U}, {2U, 2U, 1U}, {4U, 6U, 1U}, {5U, 9U, 20U}}) {
+            const auto run = randomRun(particles, random());
+            const auto made = make(run, grid, {capacity, maxLevel}, grid);
+            EXPECT_EQ(made.tree.nodeTotal, made.tree.level.size());
+            EXPECT_EQ(made.tree.runs, (std::vector<NodeRun>{{0, made.tree.level.size(), 0}}));
+            for (const std::size_t ranks : {1U, 2U, 3U, 5U}) {
+                SCOPED_TRACE(testing::Message()
+                             << particles << ' ' << grid << ' ' << maxLevel << ' ' << ranks);
+                std::vector<std::size_t> cuts{0, made.ranges.size()};
+                while (cuts.size() <= ranks) cuts.push_back(random() % (made.ranges.size() + 1));
+                std::ranges::sort(cuts);
+                const auto parts = assembledBy(made, cuts);
+                expectSame(joinedTree(parts), made.tree);
+                EXPECT_EQ(parts[0].toldDensities, made.tree.toldDensities);
+                EXPECT_EQ(parts[0].leafDensities, made.tree.leafDensities);
+                EXPECT_EQ(parts[0].totalWeight, made.tree.totalWeight);
+            }
+        }
+    }
+}
+
+/// Slices are about equal, and no rank holds much more than its share below the grid.
+TEST(Octree, RanksHoldAboutAsMuch) {
+    const auto made = make(randomRun(300000, 4), 4, {4, 9}, 4);
+    const std::size_t ranges = made.ranges.size();
+    ASSERT_GT(ranges, 4U);
+    const auto parts = assembledBy(made, {0, ranges / 3, 2 * ranges / 3, ranges});
+    for (std::size_t rank = 0; rank < 3; ++rank) {
+        const auto points = parts[0].slicePoint[rank + 1] - parts[0].slicePoint[rank];
+        // A third of the particles are one leaf, which is one slice's.
+        EXPECT_LT(points, 220000U);
+        EXPECT_LT(parts[rank].level.size(), made.tree.level.size());
+    }
 }
 
 TEST(DensityVolume, EqualsAPlainHistogram) {

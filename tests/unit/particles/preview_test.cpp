@@ -42,6 +42,17 @@ std::vector<T> copyOf(std::span<const T> values) {
     return {values.begin(), values.end()};
 }
 
+void findDensities(Octree& tree) {
+    tree.leafDensities = {};
+    for (const double density : tree.leafDensity) {
+        if (density > 0.0) tree.leafDensities = tree.leafDensities.united({density, density});
+    }
+}
+
+PreviewSelection selectionOf(const Octree& tree) {
+    return *PreviewSelection::make(tree, *singleProcess());
+}
+
 Octree octreeOf(const storage::ParticleStep& step) {
     const auto nodes = step.nodes();
     const auto leaves = step.leaves();
@@ -53,6 +64,9 @@ Octree octreeOf(const storage::ParticleStep& step) {
     tree.leafPointBegin = copyOf(leaves.pointBegin);
     tree.leafPointCount = copyOf(leaves.pointCount);
     tree.leafDensity = copyOf(leaves.density);
+    for (const auto node : leaves.node)
+        tree.leafCell.push_back(cellCode(tree.morton[node], tree.level[node]));
+    findDensities(tree);
     return tree;
 }
 
@@ -75,7 +89,7 @@ std::vector<PreviewCandidate> candidatesOf(const PreviewSelection& selection,
 }
 
 BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::uint64_t together) {
-    const PreviewSelection selection(tree);
+    const auto selection = selectionOf(tree);
     const auto candidates = candidatesOf(selection, step, tree, together);
     const std::span all(candidates);
     const std::size_t half = all.size() / 2;
@@ -100,7 +114,7 @@ TEST(Preview, IsWhatSortingAllPointsGives) {
 TEST(Preview, SlicesAreThoseOfTheWhole) {
     const auto step = beam(20);
     const auto tree = octreeOf(*step);
-    const PreviewSelection selection(tree);
+    const auto selection = selectionOf(tree);
     const auto whole = build(*step, tree, 1000);
     const auto candidates = candidatesOf(selection, *step, tree, 1000);
     for (const std::size_t slices : {1U, 2U, 3U, 7U, 50000U}) {
@@ -174,6 +188,7 @@ TEST(Preview, OfFewPointsIsEmptyAndWithoutWeightAllZero) {
     const auto step = beam(1);
     auto tree = octreeOf(*step);
     tree.leafDensity.assign(tree.leafDensity.size(), 0.0F);
+    findDensities(tree);
     const auto built = build(*step, tree, 1000);
     ASSERT_EQ(built.points.size(), 38000U / 4);
     EXPECT_TRUE(std::all_of(built.points.begin(), built.points.end(),
