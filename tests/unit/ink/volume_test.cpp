@@ -15,6 +15,7 @@
 #include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_modalities.h"
+#include "server/render/layers/ink/volume_rays.h"
 #include "server/render/plan/frame_plan.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/random.h"
@@ -266,6 +267,98 @@ TEST(VolumeModalities, HaveSomethingToSayOfAnyField) {
     }
 }
 
+/// Samples that show something and lie apart, so that each matters.
+double grain(const glm::dvec3& at, double density) {
+    const double hash = std::sin(glm::dot(at, glm::dvec3(127.1, 311.7, 74.7))) * 43758.5453;
+    return hash - std::floor(hash) < density ? 1.0 : 0.0;
+}
+
+/// Rays that are followed only where something can be seen see the very same, in all pixels of a picture.
+void expectTheSameBySpans(const InkVolume& volume, const glm::dmat4& transform, const FramePlan& plan,
+                          int& seen, int& unseen) {
+    VolumeRays rays(volume, transform, test::usualInk().light, plan);
+    const VolumeRays everywhere(volume, transform, test::usualInk().light, plan);
+    if (rays.any()) rays.findSpans();
+    VolumeRays::Scratch scratch, other;
+    for (std::uint32_t y = 0; y < plan.height; ++y) {
+        for (std::uint32_t x = 0; x < plan.width; ++x) {
+            const auto one = rays.look(x + 0.4, y + 0.6, 0.02, scratch),
+                       two = everywhere.look(x + 0.4, y + 0.6, 0.02, other);
+            EXPECT_EQ(one.opacity, two.opacity);
+            EXPECT_EQ(one.depth, two.depth);
+            EXPECT_EQ(one.light, two.light);
+            EXPECT_EQ(one.normal, two.normal);
+            EXPECT_EQ(VolumeRays::depthWhere(scratch, 0.01), VolumeRays::depthWhere(other, 0.01));
+            ++(two.opacity > 0.0 ? seen : unseen);
+        }
+    }
+}
+
+/// Any fields, moved anywhere, from outside, near by and from within.
+TEST(VolumeRays, SeeTheSameWhereSpansAreKnown) {
+    test::Random random(21);
+    int seen = 0, unseen = 0;
+    for (int i = 0; i < 200; ++i) {
+        test::HybridShape shape{.source = {1 + random.below(60), 1 + random.below(40), 1 + random.below(30)},
+                                .low = {1 + random.below(9), 1 + random.below(9), 1 + random.below(9)},
+                                .boxToLayer = plotToLayer(),
+                                .threshold = 0.1};
+        if (random.chance(0.05)) shape.boxToLayer[2] = glm::dvec4(0.0);
+        const double density = random.magnitude(-13, 0), least = random.between(0.0, 0.6);
+        const auto volume =
+            test::inkVolume(shape, {{least, 0.0}, {least + 0.1, random.unit()}}, random.magnitude(-12, 2),
+                            [=](const auto& at) { return grain(at, density); });
+        const auto transform = test::anyTransform(random);
+        auto camera = test::anyCamera(random, Bounds(plotBounds).transformed(transform));
+        if (random.chance(0.3)) {
+            const auto inside = [&] { return random.between(-1.0, 1.0); };
+            camera.eye = glm::dvec3(transform * glm::dvec4(inside(), inside(), inside(), 1.0));
+        }
+        expectTheSameBySpans(volume, transform,
+                             test::planOf(camera, 1 + random.below(40), 1 + random.below(40)), seen, unseen);
+    }
+    EXPECT_GT(seen, 10000);
+    EXPECT_GT(unseen, 10000);
+}
+
+/// One grain in the last or the first samples of blocks, which stand straight before the eye: spans cover no
+/// more than they have to.
+TEST(VolumeRays, SeeTheSameAtTheBordersOfBlocks) {
+    test::Random random(23);
+    int seen = 0, unseen = 0;
+    for (int i = 0; i < 40; ++i) {
+        const auto border = [&] { return 8 * (1 + random.below(2)) - (random.chance(0.5) ? 1 : 0); };
+        const glm::dvec3 at((glm::dvec3(border(), border(), border()) + 0.5) / 24.0);
+        auto field = test::hybridOf(
+            {.source = glm::uvec3(24), .low = glm::uvec3(6), .boxToLayer = plotToLayer(), .threshold = 0.01},
+            [&](const auto& place) { return glm::distance(place, at) < 0.02 ? 1.0 : 0.0; });
+        const InkVolume volume{field,
+                               {.opacity = Curve::create({{0.05, 0.0}, {0.1, 0.9}}).value(),
+                                .opacityLength = random.magnitude(-8, 0),
+                                .span = {0.0, 1.0}}};
+        expectTheSameBySpans(volume, unmoved, test::planOf(test::ahead(random.between(1.0, 3.0)), 150, 150),
+                             seen, unseen);
+    }
+    EXPECT_GT(seen, 2000);
+    EXPECT_GT(unseen, 2000);
+}
+
+/// Where a surface lies within a step of a sixth of a unit.
+TEST(VolumeRays, TellDepthsWithinAStep) {
+    test::Random random(22);
+    for (int i = 0; i < 50; ++i) {
+        const double surface = random.between(-0.7, 0.7);
+        const auto volume = test::inkVolume(
+            test::cubeShape(9), {{0.5, 0.0}, {0.51, 0.99}}, 0.01,
+            [&](const auto& at) { return std::clamp(0.5 + 0.2 * (surface - at.z), 0.0, 1.0); });
+        const VolumeRays rays(volume, unmoved, test::usualInk().light, test::planOf(test::ahead(1.0), 4, 4));
+        VolumeRays::Scratch scratch;
+        const auto seen = rays.look(1.3, 2.2, 0.02, scratch);
+        // Matter grows opaque within a twentieth; so fine are parts of steps.
+        EXPECT_NEAR(seen.depth, 5.0 - surface + 0.02, 0.02) << surface;
+    }
+}
+
 TEST(VolumeModalities, AreTheSameOnAnyNumberOfThreadsAndEndWhereTheyAreToStop) {
     const auto volume =
         test::inkVolume(test::cubeShape(24), {{0.3, 0.0}, {1.0, 0.2}}, 0.1,
@@ -330,6 +423,33 @@ TEST(ExtinctionTable, TellsTheMostOfARange) {
             most = std::max(most, cells.ofCells()[cell].extinction);
         EXPECT_EQ(table.most(low, high), most) << low << ' ' << high;
     }
+}
+
+/// Against the mean of what lies before.
+TEST(ExtinctionTable, TellsHowExtinctionIsSpreadBetweenTwoPlaces) {
+    test::Random random(8);
+    const test::HybridShape shape{.source = glm::uvec3(2), .low = glm::uvec3(2)};
+    const auto field = test::hybridOf(shape, [](const auto&) { return 0.0; });
+    const ExtinctionTable table(
+        *field, TransferTable({.opacity = Curve::create({{0.2, 0.0}, {0.4, 0.9}, {0.7, 0.1}}).value(),
+                               .opacityLength = 1.0,
+                               .span = {0.0, 1.0}}));
+    const double cells = TransferTable::cells;
+    int uneven = 0;
+    for (int i = 0; i < 300; ++i) {
+        const double from = random.between(0.0, cells),
+                     to = std::clamp(from + random.sign() * random.magnitude(-20, 11), 0.0, cells);
+        const double all = table.mean(from, to);
+        if (!(all > 0.0)) continue;
+        const ExtinctionTable::Spread spread(table, from, to);
+        const double way = random.unit();
+        EXPECT_NEAR(spread(way), way * table.mean(from, std::lerp(from, to, way)) / all, 1e-6)
+            << from << ' ' << to;
+        uneven += std::abs(spread(way) - way) > 0.01 ? 1 : 0;
+        EXPECT_EQ(spread(0.0), 0.0);
+        EXPECT_NEAR(spread(1.0), 1.0, 1e-9);
+    }
+    EXPECT_GT(uneven, 25);
 }
 
 TEST(Rims, AreTheSteepBordersOfSurfaces) {

@@ -105,6 +105,7 @@ SeenVolume seenVolume(const Layer& layer, const FieldPlan& plan, const FramePlan
                                    : SeenVolume{plan.grid()->grid, nullptr, plan.transfer, nullptr};
     seen.rays = std::make_unique<VolumeRays>(InkVolume{seen.field, seen.transfer, layer.clips()},
                                              layer.transform, matterLight(layer), quick);
+    seen.rays->findSpans();
     return seen;
 }
 

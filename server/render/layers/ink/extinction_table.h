@@ -33,6 +33,27 @@ class ExtinctionTable {
         return (integral(to) - integral(from)) / (to - from);
     }
 
+    /// How extinction is spread between two places in the table.
+    class Spread {
+      public:
+        Spread(const ExtinctionTable& table, double from, double to)
+            : table_(table), from_(from), across_(to - from), even_(std::abs(across_) < alike) {
+            if (even_) return;
+            before_ = table.integral(from);
+            perAll_ = 1.0 / (table.integral(to) - before_);
+        }
+        /// Which share of it, if there is some, lies before a share of the way.
+        double operator()(double way) const {
+            return even_ ? way : (table_.integral(from_ + way * across_) - before_) * perAll_;
+        }
+
+      private:
+        const ExtinctionTable& table_;
+        double from_, across_;
+        bool even_;
+        double before_ = 0.0, perAll_ = 0.0;
+    };
+
     /// The greatest that any value in [low, high] has, in the field's unit.
     double most(double low, double high) const;
 

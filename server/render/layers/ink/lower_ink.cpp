@@ -74,11 +74,10 @@ struct Seeing {
         return scene;
     }
     InkScene operator()(const InkVolume& volume) const {
-        auto seen = modalitiesOf(volume, transform, style, plan, stop);
         InkScene scene;
         scene.field = true;
-        if (lines && !isStopped(stop)) scene.lines = linesOf(seen, stop);
-        scene.modalities = std::move(seen.modalities);
+        scene.modalities =
+            modalitiesOf(volume, transform, style, plan, stop, lines ? &scene.lines : nullptr).modalities;
         return scene;
     }
 };

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "server/render/ink/ink_line.h"
+#include "server/render/plan/in_turns.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
@@ -67,15 +68,17 @@ class Cracks {
   public:
     Cracks(const VolumeModalities& seen, const std::stop_token& stop)
         : seen_(seen), flags_(seen.opacity.width, seen.opacity.height) {
-        for (std::uint32_t y = 0; y < flags_.height && !isStopped(stop); ++y) {
-            for (std::uint32_t x = 0; x < flags_.width; ++x) {
-                unsigned flags = 0;
-                for (const bool below : {false, true}) {
-                    if (parts({x, y, below})) flags |= lineFlag(below);
-                }
-                flags_.at(x, y) = static_cast<std::uint8_t>(flags);
-            }
-        }
+        forPixelsInTurns(flags_.width, flags_.height,
+                         [&](std::uint32_t y, std::uint32_t from, std::uint32_t to) {
+                             if (isStopped(stop)) return;
+                             for (std::uint32_t x = from; x < to; ++x) {
+                                 unsigned flags = 0;
+                                 for (const bool below : {false, true}) {
+                                     if (parts({x, y, below})) flags |= lineFlag(below);
+                                 }
+                                 flags_.at(x, y) = static_cast<std::uint8_t>(flags);
+                             }
+                         });
     }
 
     std::uint32_t columns() const { return flags_.width + 1; }  ///< of corners

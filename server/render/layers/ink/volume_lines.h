@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Lines of what has no edges: where a scalar field ends for the eye, or lies in front of something else
-// (docs/INK.md, "Volumes and particles"). Pure; one thread.
+// (docs/INK.md, "Volumes and particles"). Pure; works in parallel.
 #pragma once
 
 #include <stop_token>

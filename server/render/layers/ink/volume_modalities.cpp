@@ -185,21 +185,27 @@ VolumeModalities refined(const VolumeRays& rays, float paper, VolumeModalities f
 }  // namespace
 
 VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
-                              const FramePlan& plan, const std::stop_token& stop) {
+                              const FramePlan& plan, const std::stop_token& stop,
+                              std::vector<InkLine>* lines) {
     const float paper = style.inkIsDark ? 1.0F : 0.0F;
     auto made = blank(plan, paper);
-    const VolumeRays rays(volume, transform, style.light, plan);
+    VolumeRays rays(volume, transform, style.light, plan);
     const Bounds inEye = rays.visible().transformed(plan.camera.worldToEye() * transform);
     const double nearest = std::max(-inEye.max.z, nearLimit(plan.camera));
     made.modalities.extent = std::max(-inEye.min.z - nearest, 1e-300);
     if (!rays.any()) return made;
+    rays.findSpans();
     forPixelsInTurns(plan.width, plan.height, [&](std::uint32_t row, std::uint32_t from, std::uint32_t to) {
         RowMaker(rays, paper, made).make({row, from, to}, stop);
     });
     if (isStopped(stop)) return made;
     if (plan.exact && std::uint64_t{plan.width} * plan.height <= mostFine)
         made = refined(rays, paper, std::move(made), stop);
-    if (!isStopped(stop)) dropRims(paper, made);
+    if (isStopped(stop)) return made;
+    bothInTurns([&] { dropRims(paper, made); },
+                [&] {
+                    if (lines != nullptr) *lines = linesOf(made, stop);
+                });
     return made;
 }
 

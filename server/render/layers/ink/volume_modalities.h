@@ -8,8 +8,10 @@
 #include <glm/vec2.hpp>
 #include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "protocol/scene/ink_style.h"
+#include "server/render/ink/ink_line.h"
 #include "server/render/ink/modalities.h"
 #include "server/render/layers/ink/ink_data.h"
 #include "server/render/plan/frame_plan.h"
@@ -31,8 +33,10 @@ struct VolumeModalities {
 /// if four would see the same. Grey is the mean over a pixel, paper through what is left of a ray; depth
 /// is that of its nearest ray, and the angle of the sum of their normals. Nothing is seen if less than 2 %
 /// of a ray is absorbed, nor in the rims of surfaces (rimsOf).
+/// `lines`: takes what linesOf() finds meanwhile (volume_lines.h); null: nobody asks.
 VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
-                              const FramePlan& plan, const std::stop_token& stop);
+                              const FramePlan& plan, const std::stop_token& stop,
+                              std::vector<InkLine>* lines = nullptr);
 
 /// As depthAt() of meshes.
 std::optional<double> depthAt(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,

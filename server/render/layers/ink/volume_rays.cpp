@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/volume_rays.h"
 
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +24,7 @@ constexpr double mostSteps = 1 << 16;                // of a ray
 constexpr double leastLeft = 2e-3;                   // of a ray's light: what lies behind is not seen
 constexpr double leastLost = 1e-5;                   // of a ray's light in a step: less is nothing
 constexpr double finest = 0.08;                      // of a ray's light, that a part of a step absorbs
-constexpr double mostParts = 8.0;
+constexpr int mostParts = 8;
 constexpr double stepsTogether = 15.0;  // at least, unless what can be seen ends
 
 constexpr double shadedTogether = 0.04;  // of a ray's light, and so many cells of a way, have one normal
@@ -39,14 +42,19 @@ double shine(double cosine) {
     return power;
 }
 
-/// What a thickness absorbs: 1 - exp(-thickness). Thin ones are by far the most; a series is exact to 1e-11.
+/// What a thickness absorbs: 1 - exp(-thickness), by a series that is exact to 1e-11; of thick ones that of a
+/// half, again and again.
 double absorbedBy(double thickness) {
-    constexpr double most = 0.25;
-    if (thickness > most) return -std::expm1(-thickness);
-    constexpr std::array<double, 7> terms{1.0 / 8, 1.0 / 7, 1.0 / 6, 1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2};
-    double sum = 1.0;
-    for (const double term : terms) sum = 1.0 - term * thickness * sum;
-    return thickness * sum;
+    constexpr double most = 0.25, all = 40.0;
+    if (thickness > all) return 1.0;
+    int halved = 0;
+    for (; thickness > most; ++halved) thickness *= 0.5;
+    const double t = thickness, t2 = t * t, t4 = t2 * t2;
+    const double low = 1.0 - t / 2.0 + t2 * (1.0 / 6.0 - t / 24.0);
+    const double high = 1.0 / 120.0 - t / 720.0 + t2 * (1.0 / 5040.0 - t / 40320.0);
+    double absorbed = t * (low + t4 * high);
+    for (; halved > 0; --halved) absorbed *= 2.0 - absorbed;
+    return absorbed;
 }
 
 }  // namespace
@@ -60,20 +68,23 @@ struct VolumeRays::Way {
 
     glm::dvec3 at(double i) const { return begin + i * step; }
     double depthAt(double i) const { return depth + i * perStep; }
+    double stepAt(double at) const { return (at - depth) / perStep; }
 };
 
 /// The blocks on a way, one after the other (Amanatides and Woo 1987, A fast voxel traversal algorithm for
 /// ray tracing).
 class VolumeRays::BlockWalk {
   public:
-    BlockWalk(const VolumeRays& rays, const Way& way) : steps_(way.steps) {
+    /// From a step to another.
+    BlockWalk(const VolumeRays& rays, const Way& way, double from, double to) : steps_(to), end_(from) {
         const double edge = 1U << rays.blocks_.edgeBits();
         const glm::ivec3 count(rays.blocks_.count());
         const glm::ivec3 strides(1, count.x, count.x * count.y);
         for (int axis = 0; axis < 3; ++axis) {
             // From a block's first sample to the next one's.
             const double sample = way.begin[axis] - 0.5, step = way.step[axis];
-            const int at = std::clamp(static_cast<int>(std::floor(sample / edge)), 0, count[axis] - 1);
+            const int at =
+                std::clamp(static_cast<int>(std::floor((sample + from * step) / edge)), 0, count[axis] - 1);
             block_ += std::ptrdiff_t{at} * strides[axis];
             left_[axis] = step > 0.0 ? count[axis] - 1 - at : at;
             stride_[axis] = step > 0.0 ? strides[axis] : -strides[axis];
@@ -91,12 +102,12 @@ class VolumeRays::BlockWalk {
     void goOn() {
         block_ += stride_[axis_];
         next_[axis_] = --left_[axis_] > 0 ? next_[axis_] + across_[axis_] : infinity;
-        begin_ = end_;
         findEnd();
     }
 
   private:
     void findEnd() {
+        begin_ = end_;
         axis_ = next_.x < next_.y ? (next_.x < next_.z ? 0 : 2) : (next_.y < next_.z ? 1 : 2);
         end_ = std::max(begin_, std::min(next_[axis_], steps_));
     }
@@ -117,6 +128,12 @@ struct VolumeRays::Stretch {
 /// Steps that wait to be followed.
 struct VolumeRays::Run {
     double begin = 0.0, end = 0.0;
+};
+
+/// Some places of a way.
+struct VolumeRays::Samples {
+    static constexpr std::size_t together = SamplePlaces::together;
+    std::array<double, together> steps, places;  // of the way, in the table
 };
 
 /// What has been gathered of a ray.
@@ -172,27 +189,49 @@ VolumeRays::VolumeRays(const InkVolume& volume, const BlockRanges& ranges, const
     half_ = glm::length(sum) > 1e-9 ? glm::normalize(sum) : glm::dvec3(0.0);
 }
 
+Bounds VolumeRays::cellsOf(const glm::uvec3& block) const {
+    const double edge = 1U << blocks_.edgeBits();
+    const glm::dvec3 corner = edge * glm::dvec3(block);
+    return {corner, glm::min(corner + edge + 0.5, samples_.cells())};
+}
+
 Bounds VolumeRays::visible() const {
     const glm::uvec3 count = blocks_.count();
-    const double edge = 1U << blocks_.edgeBits();
     Bounds cells{glm::dvec3(infinity), glm::dvec3(-infinity)};
     std::size_t i = 0;
     for (std::uint32_t z = 0; z < count.z; ++z) {
         for (std::uint32_t y = 0; y < count.y; ++y) {
             for (std::uint32_t x = 0; x < count.x; ++x, ++i) {
                 if (blocks_.steps()[i] < VisibleBlocks::visible) continue;
-                const glm::dvec3 corner = edge * glm::dvec3(x, y, z);
-                cells.min = glm::min(cells.min, corner);
-                cells.max = glm::max(cells.max, corner + edge);
+                const Bounds own = cellsOf({x, y, z});
+                cells.min = glm::min(cells.min, own.min);
+                cells.max = glm::max(cells.max, own.max);
             }
         }
     }
     if (!any()) return field_.bounds();
-    // A block also has what lies half a cell before its first sample, and the last of a side all that is
-    // left.
-    cells.min = glm::max(cells.min, glm::dvec3(0.0));
-    cells.max = glm::min(cells.max + 0.5, samples_.cells());
     return cells.transformed(glm::scale(field_.boxToLayer, 1.0 / samples_.cells()));
+}
+
+void VolumeRays::findSpans() {
+    const DepthSpans nothing({size_, pixels_, perspective_, nearest_});
+    const glm::uvec3 count = blocks_.count();
+    tbb::enumerable_thread_specific<DepthSpans> found(nothing);
+    tbb::parallel_for(0U, count.y * count.z, [&](std::uint32_t row) {
+        auto& spans = found.local();
+        for (std::uint32_t x = 0; x < count.x; ++x) {
+            if (!isCounted(std::size_t{row} * count.x + x)) continue;
+            const Bounds cells = cellsOf({x, row % count.y, row / count.y});
+            std::array<glm::dvec3, 8> corners;
+            for (int i = 0; i < 8; ++i) {
+                const glm::dvec3 corner = glm::mix(cells.min, cells.max, glm::bvec3(i & 1, i & 2, i & 4));
+                corners[static_cast<std::size_t>(i)] = cellsToEye_ * glm::dvec4(corner, 1.0);
+            }
+            spans.add(corners);
+        }
+    });
+    spans_ = nothing;
+    for (const auto& spans : found) spans_->add(spans);
 }
 
 /// Through the box, in steps as long on every ray.
@@ -238,7 +277,7 @@ bool VolumeRays::mayAbsorb(const Way& way, double thickness, BlockWalk& walk) co
     bool counted = false;
     for (BlockWalk ahead = walk;; ahead.goOn()) {
         const float most = most_[ahead.block()];
-        if (!counted && most > leastExtinction_) {
+        if (!counted && isCounted(ahead.block())) {
             counted = true;
             walk = ahead;
         }
@@ -258,15 +297,19 @@ void VolumeRays::meet(const Way& way, const Stretch& stretch, double from, doubl
     const double start = way.depthAt(stretch.begin);
     if (sight.marks.empty() || sight.marks.back().depth < start)
         sight.marks.push_back({start, 1.0 - sight.left});
-    const double parts = thickness > finest ? std::min(std::ceil(thickness / finest), mostParts) : 1.0;
-    for (int part = 0; part < static_cast<int>(parts); ++part) {
-        const double begin = part / parts, end = (part + 1) / parts;
-        const double mean = parts == 1.0
-                                ? thickness
-                                : way.length * length *
-                                      extinction_.mean(from + begin * (to - from), from + end * (to - from));
-        sight.absorb(stretch.begin + 0.5 * (begin + end) * length, sight.left * absorbedBy(mean / parts));
+    const double lost = sight.left * std::min(thickness, 1.0);  // at most
+    const int parts = std::clamp(static_cast<int>(std::ceil(lost / finest)), 1, mostParts);
+    const ExtinctionTable::Spread spread(extinction_, from, to);
+    double before = 0.0;  // of the thickness
+    for (int part = 0; part < parts;) {
+        // All that is not seen is one.
+        const int next = sight.left > leastLeft ? part + 1 : parts;
+        const double begin = static_cast<double>(part) / parts, end = static_cast<double>(next) / parts;
+        const double until = next == parts ? thickness : thickness * spread(end);
+        sight.absorb(stretch.begin + 0.5 * (begin + end) * length, sight.left * absorbedBy(until - before));
         sight.marks.push_back({way.depthAt(stretch.begin + end * length), 1.0 - sight.left});
+        part = next;
+        before = until;
     }
     const bool far = (stretch.end - sight.from) * stepLength_ >= shadedWithin;
     if (far || sight.absorbed > shadedTogether) sight.endPart();
@@ -301,42 +344,62 @@ void VolumeRays::shade(const Way& way, const std::vector<Part>& parts, VolumeSee
     }
 }
 
+/// Steps one after the other, the last one again and again behind it; loops of one kind of number.
+void VolumeRays::sample(const Way& way, double first, double last, Samples& found) const {
+    constexpr std::size_t count = Samples::together;
+    for (std::size_t i = 0; i < count; ++i)
+        found.steps[i] = std::min(first + static_cast<double>(static_cast<int>(i)), last);
+    SamplePlaces places;
+    const auto fill = [&](int axis, auto& list) {
+        const double begin = way.begin[axis], step = way.step[axis];
+        for (std::size_t i = 0; i < count; ++i) list[i] = static_cast<float>(begin + found.steps[i] * step);
+    };
+    fill(0, places.x);
+    fill(1, places.y);
+    fill(2, places.z);
+    places.size = count;
+    SampleCodes codes;
+    samples_.codes(places, codes);
+    for (std::size_t i = 0; i < count; ++i) found.places[i] = extinction_.at(codes[i]);
+}
+
 void VolumeRays::march(const Way& way, Run& run, Sight& sight) const {
     double step = std::exchange(run.begin, run.end);
     if (step == run.end) return;
     bool known = step == sight.at;
-    SampleCodes codes;
+    Samples found;
     while (step < run.end && sight.left > leastLeft) {
         // Those at the ends of steps, and before all if that is not known.
-        SamplePlaces places;
-        const double first = known ? step + 1.0 : step;
-        for (std::size_t i = 0; i < SamplePlaces::together; ++i)
-            places.add(way.at(std::min(first + static_cast<double>(i), run.end)));
-        samples_.codes(places, codes);
+        sample(way, known ? step + 1.0 : step, run.end, found);
         std::size_t i = 0;
-        if (!std::exchange(known, true)) sight.place = extinction_.at(codes[i++]);
-        for (; i < places.size && step < run.end && sight.left > leastLeft; ++i) {
-            const double end = std::min(step + 1.0, run.end), place = extinction_.at(codes[i]);
-            const double before = std::exchange(sight.place, place);
-            if (!extinction_.isNothing(before, place)) meet(way, {step, end}, before, place, sight);
-            step = end;
+        if (!std::exchange(known, true)) sight.place = found.places[i++];
+        for (; i < Samples::together && step < run.end && sight.left > leastLeft; ++i) {
+            const double before = std::exchange(sight.place, found.places[i]);
+            if (!extinction_.isNothing(before, sight.place))
+                meet(way, {step, found.steps[i]}, before, sight.place, sight);
+            step = found.steps[i];
         }
     }
     sight.at = step;
 }
 
 VolumeSeenOn VolumeRays::look(double x, double y, double least, Scratch& scratch) const {
-    const Way way = wayThrough(x, y);
     auto& [marks, parts] = scratch;
     marks.clear();
     parts.clear();
-    if (!(way.steps > 0.0)) return {};
-    BlockWalk walk(*this, way);
+    const DepthSpan span = spans_ ? spans_->at(x, y) : DepthSpan{-infinity, infinity};
+    if (!(span.near <= span.far)) return {};
+    const Way way = wayThrough(x, y);
+    // By a step more, since one counts whose end is met.
+    const double from = std::max(0.0, std::floor(way.stepAt(span.near)) - 1.0),
+                 to = std::min(way.steps, std::ceil(way.stepAt(span.far)) + 1.0);
+    if (!(to > from)) return {};
+    BlockWalk walk(*this, way, from, to);
     if (!mayAbsorb(way, -std::log1p(-least), walk)) return {};
     Sight sight{.marks = marks, .parts = parts};
     Run run;
     for (;; walk.goOn()) {
-        if (most_[walk.block()] > leastExtinction_) {
+        if (isCounted(walk.block())) {
             // Those steps of which an end lies in the block.
             const double first = std::max(run.end, std::ceil(walk.begin()) - 1.0);
             if (first > run.end) {

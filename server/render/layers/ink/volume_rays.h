@@ -10,10 +10,12 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/light.h"
+#include "server/render/layers/ink/depth_spans.h"
 #include "server/render/layers/ink/extinction_table.h"
 #include "server/render/layers/ink/ink_data.h"
 #include "server/render/plan/field_blocks.h"
@@ -54,6 +56,9 @@ class VolumeRays {
     bool any() const { return blocks_.any(); }
     /// What lies around all that can be seen, layer space; nothing else if there is any.
     Bounds visible() const;
+    /// Finds where in the picture, and between which depths, anything can be seen, for who looks along rays
+    /// through all of it: they are followed only there. Works in parallel.
+    void findSpans();
     /// Through (x, y) of the picture, in pixels from its upper left corner. Nothing where less than `least`
     /// of the ray is absorbed.
     VolumeSeenOn look(double x, double y, double least, Scratch& scratch) const;
@@ -70,15 +75,21 @@ class VolumeRays {
     class BlockWalk;
     struct Stretch;
     struct Run;
+    struct Samples;
     struct Sight;
 
     VolumeRays(const InkVolume& volume, const BlockRanges& ranges, const glm::dmat4& transform,
                const Light& light, const FramePlan& plan);
     double longestStep() const;  ///< layer space, at least
+    bool isCounted(std::size_t block) const { return most_[block] > leastExtinction_; }
+    /// What lies around a block's places, in cells: they end half a cell behind the next one's corner.
+    Bounds cellsOf(const glm::uvec3& block) const;
     Way wayThrough(double x, double y) const;
     /// Whether the optical depth of a whole way may exceed `thickness`. `walk`, at its begin, goes on to the
     /// first block in which a step may be counted.
     bool mayAbsorb(const Way& way, double thickness, BlockWalk& walk) const;
+    /// Finds what lies at the steps of a way from `first` to `last`, as many as go together.
+    void sample(const Way& way, double first, double last, Samples& found) const;
     /// Follows some steps of a way, and gives them up.
     void march(const Way& way, Run& run, Sight& sight) const;
     /// Gathers what a stretch of a way shows, between two places in the table.
@@ -105,6 +116,7 @@ class VolumeRays {
     double pixels_;          // a unit of the window
     double stepLength_;      // cells
     float leastExtinction_;  // of a block in which a step of a ray may be counted
+    std::optional<DepthSpans> spans_;
 };
 
 }  // namespace mote::render
