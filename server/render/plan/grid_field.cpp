@@ -14,6 +14,17 @@ std::uint64_t bytesOf(const std::vector<T>& values) {
 
 }  // namespace
 
+CodeRange rangeOf(std::span<const std::uint16_t> codes) {
+    CodeRange range;
+    for (const std::uint16_t code : codes) range.add(code);
+    return range;
+}
+
+CodeRange GridBricks::rangeOf(std::size_t number) const {
+    if (!ranges.empty()) return ranges[number];
+    return render::rangeOf(std::span(values).subspan(number * volume, volume));
+}
+
 double GridField::longestEdge() const {
     double longest = 0.0;
     for (int axis = 0; axis < 3; ++axis)
@@ -23,7 +34,9 @@ double GridField::longestEdge() const {
 
 std::uint64_t GridField::bytes() const {
     std::uint64_t sum = bytesOf(coarse.values) + bytesOf(coarse.normals);
-    if (bricks) sum += bytesOf(bricks->numbers) + bytesOf(bricks->values) + bytesOf(bricks->normals);
+    if (bricks)
+        sum += bytesOf(bricks->numbers) + bytesOf(bricks->values) + bytesOf(bricks->normals) +
+               bytesOf(bricks->ranges);
     return sum;
 }
 

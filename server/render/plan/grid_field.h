@@ -13,6 +13,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct CodeRange {
     }
     bool operator==(const CodeRange&) const = default;
 };
+CodeRange rangeOf(std::span<const std::uint16_t> codes);
 
 /// Where the error grid is corrected. A brick has the cells of 8 x 8 x 8 first corners, so 9 x 9 x 9 samples;
 /// beyond the grid its last sample is repeated.
@@ -59,7 +61,10 @@ struct GridBricks {
     std::vector<std::int32_t> numbers;  ///< each brick's place among the corrected, x fastest, or none
     std::vector<std::uint16_t> values;  ///< codes of the corrected bricks, x fastest; four more can be read
     std::vector<std::uint8_t> normals;  ///< likewise
+    std::vector<CodeRange> ranges;      ///< of each corrected brick's codes; empty: they are looked for
 
+    /// Of a corrected brick.
+    CodeRange rangeOf(std::size_t number) const;
     std::size_t index(const glm::uvec3& brick) const {
         return (std::size_t{brick.z} * count.y + brick.y) * count.x + brick.x;
     }

@@ -27,13 +27,6 @@ CodeRange rangeOf(const SampleGrid& grid, const glm::dvec3& first, const glm::dv
     return range;
 }
 
-CodeRange rangeOf(const GridBricks& bricks, std::int32_t number) {
-    CodeRange range;
-    const auto begin = bricks.values.begin() + static_cast<std::ptrdiff_t>(number) * GridBricks::volume;
-    std::for_each(begin, begin + GridBricks::volume, [&](std::uint16_t code) { range.add(code); });
-    return range;
-}
-
 }  // namespace
 
 BlockRanges gridRanges(const CorrectedField& field) {
@@ -48,7 +41,7 @@ BlockRanges gridRanges(const CorrectedField& field) {
         const glm::dvec3 first(edge * glm::uvec3(i % count.x, i / count.x % count.y, i / count.x / count.y));
         const std::int32_t number = bricks != nullptr ? bricks->numbers[i] : GridBricks::none;
         CodeRange range;
-        if (number != GridBricks::none) range = rangeOf(*bricks, number);
+        if (number != GridBricks::none) range = bricks->rangeOf(static_cast<std::size_t>(number));
         if (number == GridBricks::none || field.mixed()) {
             // A block also has what lies before the first sample, and a hair more, as rays are in single
             // precision.

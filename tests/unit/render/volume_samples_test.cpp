@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/render/cpu/vectors.h"
+#include "server/render/plan/seen_fields.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/random.h"
 
@@ -101,6 +102,42 @@ TEST(VolumeSamples, OfManyPlacesAreThoseOfEachByAnyVectors) {
     useVectorsOfEnvironment();
     EXPECT_GT(fine, 1000);
     EXPECT_GT(coarse, 1000);
+}
+
+/// What a brick's maker tells is what its samples have; and so of each block what lies anywhere in it.
+TEST(GridRanges, HoldWhateverLiesInABlock) {
+    test::Random random(12);
+    std::size_t bricks = 0;
+    for (int i = 0; i < 40; ++i) {
+        const glm::uvec3 source(1 + random.below(40), 1 + random.below(30), 1 + random.below(20));
+        const test::HybridShape shape{
+            .source = source,
+            .low = {1 + random.below(source.x), 1 + random.below(source.y), 1 + random.below(source.z)},
+            .threshold = random.magnitude(-4, 0),
+            .parts = random.chance(0.5) ? HybridRepresentation::residual : HybridRepresentation::points};
+        const double wave = random.magnitude(0, 5);
+        const auto field = test::hybridOf(shape, [&](const glm::dvec3& at) {
+            return 0.5 + 0.5 * std::sin(wave * (at.x + at.y * at.z)) * at.z;
+        });
+        auto unknown = *field->bricks;
+        unknown.ranges.clear();
+        for (std::size_t brick = 0; brick < unknown.corrected(); ++brick, ++bricks)
+            EXPECT_EQ(field->bricks->rangeOf(brick), unknown.rangeOf(brick));
+        const VolumeSamples samples(*field);
+        const auto ranges = gridRanges({.grid = field, .bricks = true});
+        for (int k = 0; k < 200; ++k) {
+            const glm::dvec3 place =
+                samples.cells() * glm::dvec3(random.unit(), random.unit(), random.unit());
+            const glm::uvec3 block(glm::max(place - 0.5, 0.0) / 8.0);
+            const auto& range =
+                ranges.ranges()[(std::size_t{block.z} * ranges.count().y + block.y) * ranges.count().x +
+                                block.x];
+            const double value = field->valueOf(static_cast<double>(samples.code(glm::vec3(place))));
+            EXPECT_GE(value, static_cast<double>(range.low) - 1e-6);
+            EXPECT_LE(value, static_cast<double>(range.high) + 1e-6);
+        }
+    }
+    EXPECT_GT(bricks, 150U);
 }
 
 TEST(VolumeSamples, HaveTheSlopeOfARamp) {

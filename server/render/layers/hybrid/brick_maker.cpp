@@ -193,7 +193,7 @@ std::uint8_t BrickMaker::normalAt(const Surroundings& around, const glm::uvec3& 
     return normals.code(-gradient(around, inBrick));
 }
 
-/// The samples that a brick shares with those behind it, and the normals of all.
+/// The samples that a brick shares with those behind it, the normals and the range of all.
 void BrickMaker::finish(std::size_t brick) {
     if (bricks_.numbers[brick] == GridBricks::none) return;
     const std::size_t begin = static_cast<std::size_t>(bricks_.numbers[brick]) * GridBricks::volume;
@@ -217,6 +217,8 @@ void BrickMaker::finish(std::size_t brick) {
             glm::all(glm::lessThan(place, glm::uvec3(edge))) && ownNormals_ && told[ownPlace(place)];
         if (!own) bricks_.normals[begin + placeIn(place)] = normalAt(around, edge * at + place, place);
     });
+    bricks_.ranges[begin / GridBricks::volume] =
+        rangeOf(std::span(bricks_.values).subspan(begin, GridBricks::volume));
 }
 
 GridBricks BrickMaker::make() {
@@ -225,6 +227,7 @@ GridBricks BrickMaker::make() {
     bricks_.values.shrink_to_fit();
     bricks_.normals.resize(bricks_.values.size());
     bricks_.normals.shrink_to_fit();
+    bricks_.ranges.resize(told_.size());
     tbb::parallel_for(std::size_t{0}, bricks_.numbers.size(), [this](std::size_t i) { fill(i); });
     tbb::parallel_for(std::size_t{0}, bricks_.numbers.size(), [this](std::size_t i) { finish(i); });
     return std::move(bricks_);

@@ -123,7 +123,7 @@ std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t ste
     const std::uint64_t bytes = storage::samplesOf(storage::gridSize(hybrid.low_size())) * perSample;
     if (representation == HybridRepresentation::volume) return bytes;
     return bytes + bricksOf(hybrid) * sizeof(std::int32_t) +
-           corrected(hybrid, step, representation) * GridBricks::volume * perSample;
+           corrected(hybrid, step, representation) * (GridBricks::volume * perSample + sizeof(CodeRange));
 }
 
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
