@@ -27,7 +27,7 @@ struct Options {
     std::optional<std::filesystem::path> connection;
     std::string device = "cpu", representation;
     double seconds = 5.0;
-    bool cold = false, play = false;
+    bool cold = false, play = false, ink = false;
 };
 
 /// The settling of quality is left out.
@@ -86,13 +86,13 @@ void printRest(OrbitClient& client, pid_t server) {
 /// The whole of a dataset, in the style that was asked for.
 OrbitSettings settingsOf(const Options& options, const proto::Manifest& manifest) {
     OrbitSettings settings = options.orbit;
-    if (manifest.kind() == "mesh") {
-        settings.bounds = datasetBounds(manifest);
+    if (manifest.kind() == "mesh") settings.bounds = datasetBounds(manifest);
+    if (manifest.has_hybrid()) settings.bounds = render::hybridBounds(manifest.hybrid());
+    if (options.ink || manifest.kind() == "mesh") {
         settings.ink.emplace();
+    } else if (manifest.has_hybrid()) {
+        settings.hybrid.emplace().set_representation(options.representation);
     }
-    if (!manifest.has_hybrid()) return settings;
-    settings.bounds = render::hybridBounds(manifest.hybrid());
-    settings.hybrid.emplace().set_representation(options.representation);
     return settings;
 }
 
@@ -150,6 +150,7 @@ void addOptions(const mote::cli::Command& app, Options& options) {
         .range(0.1, 100.0);
     app.option("--representation", options.representation,
                "of a hybrid volume: points, residual or volume; else the best that it has");
+    app.flag("--ink", options.ink, "a drawing of it, as of a mesh");
     app.flag("--all-points", options.orbit.allPoints,
              "of particles: every point and no volume; else the default style");
     app.flag("--cold", options.cold, "take the dataset out of the page cache first");
