@@ -4,18 +4,22 @@
 // in the same order, each from one thread at a time. A rank that fails says so by agree(), so that none waits
 // for it. Owned by main; MPI itself appears in mpi_communicator.cpp alone.
 //
-// Long arrays between ranks, a piece at a time, so that none holds another's whole.
+// Long arrays between ranks, a piece at a time, so that none holds another's whole; work of all ranks in
+// rounds of messages.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "preprocess/job.h"
@@ -24,7 +28,35 @@
 
 namespace mote::prep {
 
-using Bytes = std::vector<std::byte>;
+/// Leaves new bytes as they are, which are about to be written.
+template <class T>
+struct PlainAllocator : std::allocator<T> {
+    template <class U>
+    struct rebind {
+        using other = PlainAllocator<U>;
+    };
+    template <class U>
+    void construct(U* at) noexcept {
+        static_assert(std::is_trivially_default_constructible_v<U>);
+        ::new (static_cast<void*>(at)) U;
+    }
+    template <class U, class... Arguments>
+    void construct(U* at, Arguments&&... arguments) {
+        ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+    }
+};
+
+/// A message. Bytes that resize() adds have any content.
+using Bytes = std::vector<std::byte, PlainAllocator<std::byte>>;
+
+/// Messages that are under way.
+class Exchange {
+  public:
+    virtual ~Exchange() = default;
+    /// What each rank had for this one, in the order of the ranks; waits for it. Called once, by all ranks.
+    /// Errors: cancelled, also if another rank was ended.
+    virtual Result<std::vector<Bytes>> finish() = 0;
+};
 
 class Communicator {
   public:
@@ -38,6 +70,9 @@ class Communicator {
     /// Gives `outgoing[r]` to rank r; returns what each rank had for this one, in the order of the ranks.
     /// Errors: cancelled, also if another rank was ended.
     virtual Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) = 0;
+    /// Begins to do so: who is earlier than the others need not wait yet. One at a time; it is finished
+    /// before this goes.
+    virtual std::unique_ptr<Exchange> begin(std::vector<Bytes> outgoing);
     /// Gives `mine` to all; returns everyone's, in the order of the ranks. Errors: as exchange.
     virtual Result<std::vector<Bytes>> share(std::span<const std::byte> mine) = 0;
 };
@@ -59,12 +94,17 @@ Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<c
 /// `text` of rank 0, on all ranks.
 Result<std::string> fromFirst(Communicator& ranks, const std::string& text);
 
+/// The values that a message is.
 template <class T>
-std::vector<T> valuesOf(const Bytes& bytes) {
-    std::vector<T> values(bytes.size() / sizeof(T));
-    const auto* from = reinterpret_cast<const std::byte*>(bytes.data());
-    std::copy_n(from, values.size() * sizeof(T), reinterpret_cast<std::byte*>(values.data()));
-    return values;
+std::span<const T> spanOf(const Bytes& bytes) {
+    return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};
+}
+
+/// A message of these bytes.
+inline Bytes bytesOf(std::span<const std::byte> values) {
+    Bytes bytes(values.size());
+    if (!values.empty()) std::memcpy(bytes.data(), values.data(), values.size());
+    return bytes;
 }
 
 template <class T>
@@ -72,7 +112,10 @@ Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<c
     MOTE_ASSIGN_OR_RETURN(auto shared, ranks.share(std::as_bytes(mine)));
     std::vector<std::vector<T>> values;
     values.reserve(shared.size());
-    for (const auto& bytes : shared) values.push_back(valuesOf<T>(bytes));
+    for (const auto& bytes : shared) {
+        const auto of = spanOf<T>(bytes);
+        values.emplace_back(of.begin(), of.end());
+    }
     return values;
 }
 
@@ -94,6 +137,68 @@ Status sharePieces(Communicator& ranks, std::span<const T> mine, const Take& tak
         }
     }
     return success();
+}
+
+// A message is a sequence of lists, each of which begins with its length and ends at a multiple of 8 bytes.
+
+template <class T>
+constexpr std::size_t listBytes(std::uint64_t length) {
+    return sizeof length + (length * sizeof(T) + 7) / 8 * 8;
+}
+
+/// Room for a list at the end of a message, of any content: where its values begin.
+template <class T>
+std::size_t addRoom(Bytes& message, std::uint64_t length) {
+    const std::size_t at = message.size();
+    message.resize(at + listBytes<T>(length));
+    std::memcpy(message.data() + at, &length, sizeof length);
+    return at + sizeof length;
+}
+
+template <class T>
+void addList(Bytes& message, std::span<const T> values) {
+    const std::size_t at = addRoom<T>(message, values.size());
+    if (!values.empty()) std::memcpy(message.data() + at, values.data(), values.size_bytes());
+}
+
+/// Takes a list off the front of a message.
+template <class T>
+std::span<const T> takeList(std::span<const std::byte>& message) {
+    std::uint64_t length = 0;
+    std::memcpy(&length, message.data(), sizeof length);
+    const std::span values(reinterpret_cast<const T*>(message.data() + sizeof length), length);
+    message = message.subspan(listBytes<T>(length));
+    return values;
+}
+
+/// Work of all ranks in as many rounds on each: make(round) gives a Result of the messages to each rank, made
+/// of lists, and use(round, messages) takes those of the same round from each and returns a Status, while
+/// those of the next are under way. After an error of any rank there is no further round. Returns the first
+/// rank's Error that is one, on all ranks.
+template <class Make, class Use>
+Status exchangeInRounds(Communicator& ranks, std::size_t rounds, const Make& make, const Use& use) {
+    Status status = success();
+    // Who has failed sends nothing, all others at least an empty list.
+    const auto begin = [&](std::size_t round) {
+        std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks.size()));
+        if (status.ok()) {
+            Result<std::vector<Bytes>> made = make(round);
+            if (made.ok()) outgoing = *std::move(made);
+            if (!made.ok()) status = made.error();
+        }
+        for (auto& bytes : outgoing) {
+            if (status.ok() && bytes.empty()) addRoom<std::byte>(bytes, 0);
+        }
+        return ranks.begin(std::move(outgoing));
+    };
+    auto underWay = rounds > 0 ? begin(0) : nullptr;
+    for (std::size_t round = 0; round < rounds; ++round) {
+        MOTE_ASSIGN_OR_RETURN(auto incoming, underWay->finish());
+        if (std::ranges::any_of(incoming, &Bytes::empty)) break;
+        if (round + 1 < rounds) underWay = begin(round + 1);
+        if (status.ok()) status = use(round, incoming);
+    }
+    return agree(ranks, status);
 }
 
 /// A dataset that all ranks of a job make. Rank 0 makes its folder and publishes it; whoever

@@ -17,7 +17,6 @@ namespace {
 
 // A message is at most so long: MPI counts bytes in an int, and both sides cut alike.
 constexpr std::size_t pieceBytes = std::size_t{1} << 29;
-constexpr int tag = 1;
 
 class MpiCommunicator final : public Communicator {
   public:
@@ -43,58 +42,93 @@ class MpiCommunicator final : public Communicator {
     bool onOneMachine() const override { return sizeHere_ == size_; }
 
     Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) override {
-        auto incoming = transfer({outgoing.begin(), outgoing.end()});
-        if (incoming.ok()) (*incoming)[own()] = std::move(outgoing[own()]);
-        return incoming;
+        return begin(std::move(outgoing))->finish();
+    }
+
+    std::unique_ptr<Exchange> begin(std::vector<Bytes> outgoing) override {
+        return std::make_unique<Messages>(*this, std::move(outgoing));
     }
 
     Result<std::vector<Bytes>> share(std::span<const std::byte> mine) override {
-        auto incoming =
-            transfer(std::vector<std::span<const std::byte>>(static_cast<std::size_t>(size_), mine));
-        if (incoming.ok()) (*incoming)[own()] = {mine.begin(), mine.end()};
+        Transfer transfer(*this,
+                          std::vector<std::span<const std::byte>>(static_cast<std::size_t>(size_), mine));
+        auto incoming = transfer.finish();
+        if (incoming.ok()) (*incoming)[own()] = bytesOf(mine);
         return incoming;
     }
 
   private:
+    /// Bytes from all ranks to all others; nothing goes from this rank to itself. What is sent outlives it.
+    class Transfer {
+      public:
+        Transfer(MpiCommunicator& ranks, std::vector<std::span<const std::byte>> outgoing)
+            : ranks_(ranks), tag_(ranks.nextTag()), toReceive_(outgoing.size()), sizes_(1) {
+            outgoing[ranks.own()] = {};
+            for (const auto& bytes : outgoing) toSend_.push_back(bytes.size());
+            MPI_Ialltoall(toSend_.data(), 1, MPI_UINT64_T, toReceive_.data(), 1, MPI_UINT64_T, MPI_COMM_WORLD,
+                          sizes_.data());
+            for (std::size_t other = 0; other < outgoing.size(); ++other) send(other, outgoing[other]);
+        }
+
+        Result<std::vector<Bytes>> finish() {
+            MOTE_RETURN_IF_ERROR(ranks_.waitFor(sizes_));
+            std::vector<Bytes> incoming(toReceive_.size());
+            for (std::size_t other = 0; other < incoming.size(); ++other) {
+                incoming[other].resize(toReceive_[other]);
+                receive(other, incoming[other]);
+            }
+            MOTE_RETURN_IF_ERROR(ranks_.waitFor(requests_));
+            return incoming;
+        }
+
+      private:
+        void receive(std::size_t from, std::span<std::byte> bytes) {
+            for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
+                const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
+                MPI_Irecv(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(from),
+                          tag_, MPI_COMM_WORLD, &requests_.emplace_back());
+            }
+        }
+
+        void send(std::size_t to, std::span<const std::byte> bytes) {
+            for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
+                const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
+                MPI_Isend(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(to), tag_,
+                          MPI_COMM_WORLD, &requests_.emplace_back());
+            }
+        }
+
+        MpiCommunicator& ranks_;
+        int tag_;
+        std::vector<std::uint64_t> toSend_, toReceive_;
+        std::vector<MPI_Request> sizes_, requests_;
+    };
+
+    /// A transfer that holds what it sends.
+    class Messages final : public Exchange {
+      public:
+        Messages(MpiCommunicator& ranks, std::vector<Bytes> outgoing)
+            : own_(ranks.own()),
+              outgoing_(std::move(outgoing)),
+              transfer_(ranks, {outgoing_.begin(), outgoing_.end()}) {}
+
+        Result<std::vector<Bytes>> finish() override {
+            auto incoming = transfer_.finish();
+            if (incoming.ok()) (*incoming)[own_] = std::move(outgoing_[own_]);
+            return incoming;
+        }
+
+      private:
+        std::size_t own_;
+        std::vector<Bytes> outgoing_;
+        Transfer transfer_;
+    };
+
     std::size_t own() const { return static_cast<std::size_t>(rank_); }
 
-    /// Exchanges bytes with all others; nothing goes from this rank to itself.
-    Result<std::vector<Bytes>> transfer(std::vector<std::span<const std::byte>> outgoing) {
-        outgoing[own()] = {};
-        std::vector<std::uint64_t> toSend;
-        toSend.reserve(outgoing.size());
-        for (const auto& bytes : outgoing) toSend.push_back(bytes.size());
-        std::vector<std::uint64_t> toReceive(outgoing.size());
-        std::vector<MPI_Request> requests(1);
-        MPI_Ialltoall(toSend.data(), 1, MPI_UINT64_T, toReceive.data(), 1, MPI_UINT64_T, MPI_COMM_WORLD,
-                      requests.data());
-        MOTE_RETURN_IF_ERROR(waitFor(requests));
-        requests.clear();
-        std::vector<Bytes> incoming(outgoing.size());
-        for (std::size_t other = 0; other < outgoing.size(); ++other) {
-            incoming[other].resize(toReceive[other]);
-            receive(other, incoming[other], requests);
-        }
-        for (std::size_t other = 0; other < outgoing.size(); ++other) send(other, outgoing[other], requests);
-        MOTE_RETURN_IF_ERROR(waitFor(requests));
-        return incoming;
-    }
-
-    void receive(std::size_t from, std::span<std::byte> bytes, std::vector<MPI_Request>& requests) const {
-        for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
-            const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
-            MPI_Irecv(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(from), tag,
-                      MPI_COMM_WORLD, &requests.emplace_back());
-        }
-    }
-
-    void send(std::size_t to, std::span<const std::byte> bytes, std::vector<MPI_Request>& requests) const {
-        for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
-            const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
-            MPI_Isend(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(to), tag,
-                      MPI_COMM_WORLD, &requests.emplace_back());
-        }
-    }
+    /// Messages of a transfer are not taken for those of another that was begun before it. MPI has at least
+    /// 32768 tags.
+    int nextTag() { return tag_ = (tag_ + 1) % 32768; }
 
     /// Not MPI_Waitall, which never returns where another rank is gone, and never lets go of its core. Bytes
     /// come forward only while MPI is asked, so that it sleeps only once they should have arrived.
@@ -122,6 +156,7 @@ class MpiCommunicator final : public Communicator {
     std::function<bool()> cancelled_;
     int rank_ = 0;
     int size_ = 1, sizeHere_ = 1;
+    int tag_ = 0;        ///< of the latest transfer
     bool whole_ = true;  ///< no transfer was given up
 };
 

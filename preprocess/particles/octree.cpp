@@ -43,8 +43,6 @@ struct LeafList {
     std::vector<LeafKey> keys;
     std::vector<LeafData> data;
 
-    static constexpr std::size_t leafBytes = sizeof(LeafKey) + sizeof(LeafData);
-
     void resize(std::size_t size) {
         tbb::parallel_invoke([&] { keys.resize(size); }, [&] { data.resize(size); });
     }
@@ -58,20 +56,19 @@ struct LeafList {
         std::ranges::copy(someData, data.begin() + static_cast<std::ptrdiff_t>(at));
     }
 
-    /// Keys, then data.
     Bytes packed() const {
-        Bytes bytes(keys.size() * leafBytes);
-        std::ranges::copy(std::as_bytes(std::span(keys)), bytes.begin());
-        std::ranges::copy(std::as_bytes(std::span(data)),
-                          bytes.begin() + static_cast<std::ptrdiff_t>(keys.size() * sizeof(LeafKey)));
+        Bytes bytes;
+        bytes.reserve(listBytes<LeafKey>(keys.size()) + listBytes<LeafData>(data.size()));
+        addList<LeafKey>(bytes, keys);
+        addList<LeafData>(bytes, data);
         return bytes;
     }
 };
 
-/// A leaf that stands for `points` points of the leaves around it.
+/// A leaf that stands for others of about its density, which take so long to write, in points.
 struct LeafSample {
     LeafKey key;
-    std::uint64_t points;
+    std::uint64_t cost;
 };
 
 /// What a rank tells of its slice.
@@ -282,19 +279,19 @@ class LeafOrder {
         return static_cast<std::size_t>(after - splitters_.begin());
     }
 
-    /// The first key of each slice but the first, so that each has about as many points, by a sample.
+    /// The first key of each slice but the first, so that each takes about as long to write, by a sample.
     Status findSplitters() {
         if (slices_ == 1) return success();
         MOTE_ASSIGN_OR_RETURN(const auto shared, shareValues<LeafSample>(ranks_, sample()));
         std::vector<LeafSample> all;
         std::uint64_t total = 0, before = 0;
         for (const auto& samples : shared) all.insert(all.end(), samples.begin(), samples.end());
-        for (const auto& one : all) total += one.points;
+        for (const auto& one : all) total += one.cost;
         std::ranges::sort(all, [](const LeafSample& a, const LeafSample& b) { return a.key < b.key; });
         for (const auto& one : all) {
             while (splitters_.size() + 1 < slices_ && before >= total / slices_ * (splitters_.size() + 1))
                 splitters_.push_back(one.key);
-            before += one.points;
+            before += one.cost;
         }
         return success();
     }
@@ -307,7 +304,8 @@ class LeafOrder {
         std::vector<LeafSample> samples;
         for (const auto& run : tree_.runs) {
             for (std::size_t node = run.first; node < run.first + run.count; node += step) {
-                if (isLeaf(node)) samples.push_back({keyOf(node), tree_.count[node] * step});
+                if (isLeaf(node))
+                    samples.push_back({keyOf(node), (tree_.count[node] + pointsPerLeaf) * step});
             }
         }
         return samples;
@@ -363,23 +361,19 @@ class LeafOrder {
             if (slice != own()) outgoing[slice] = lists[slice].packed();
         }
         MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
+        std::vector<std::span<const LeafKey>> keys(slices_, mine.keys);
+        std::vector<std::span<const LeafData>> data(slices_, mine.data);
         for (std::size_t from = 0; from < slices_; ++from) {
-            if (from != own()) received_[from] = incoming[from].size() / LeafList::leafBytes;
+            if (from == own()) continue;
+            std::span<const std::byte> rest(incoming[from]);
+            keys[from] = takeList<LeafKey>(rest);
+            data[from] = takeList<LeafData>(rest);
+            received_[from] = keys[from].size();
         }
         LeafList all;
         all.resize(std::accumulate(received_.begin(), received_.end(), std::size_t{0}));
-        std::size_t at = 0;
-        for (std::size_t from = 0; from < slices_; ++from) {
-            if (from == own()) {
-                all.put(at, mine.keys, mine.data);
-            } else {
-                const auto* bytes = incoming[from].data();
-                const std::size_t count = received_[from];
-                all.put(at, {reinterpret_cast<const LeafKey*>(bytes), count},
-                        {reinterpret_cast<const LeafData*>(bytes + count * sizeof(LeafKey)), count});
-            }
-            at += received_[from];
-        }
+        for (std::size_t from = 0, at = 0; from < slices_; at += received_[from++])
+            all.put(at, keys[from], data[from]);
         return all;
     }
 
@@ -433,14 +427,11 @@ class LeafOrder {
         std::vector<std::span<const std::uint32_t>> of(slices_);
         for (std::size_t rank = 0, at = 0; rank < slices_; at += received_[rank++]) {
             of[rank] = leafOf.subspan(at, received_[rank]);
-            const auto bytes = std::as_bytes(of[rank]);
-            if (rank != own()) outgoing[rank].assign(bytes.begin(), bytes.end());
+            if (rank != own()) outgoing[rank] = bytesOf(std::as_bytes(of[rank]));
         }
         MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
         for (std::size_t slice = 0; slice < slices_; ++slice) {
-            if (slice == own()) continue;
-            of[slice] = {reinterpret_cast<const std::uint32_t*>(incoming[slice].data()),
-                         incoming[slice].size() / sizeof(std::uint32_t)};
+            if (slice != own()) of[slice] = spanOf<std::uint32_t>(incoming[slice]);
         }
         forEachDealt([&](std::size_t, std::size_t node, std::size_t slice, std::uint32_t at) {
             tree_.firstChild[node] = static_cast<std::uint32_t>(sliceLeaf_[slice] + of[slice][at]);

@@ -107,6 +107,8 @@ struct Octree {
     storage::Leaves leaves() const;
 };
 inline constexpr std::uint64_t counted = 64;  ///< particles, whose density is right to an eighth
+/// Writing a leaf's points takes as long as writing so many points more, as they come from elsewhere.
+inline constexpr std::uint64_t pointsPerLeaf = 8;
 
 /// A cell's Morton key and its level in one number, in their order.
 constexpr std::uint64_t cellCode(std::uint64_t morton, std::uint8_t level) {

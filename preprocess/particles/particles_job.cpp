@@ -230,6 +230,8 @@ class Job {
         MOTE_RETURN_IF_ERROR(makeColumns());
         report(0.97, "waiting for the disk");
         MOTE_RETURN_IF_ERROR(agree(ranks_, writeback_.finish()));
+        MOTE_RETURN_IF_ERROR(checkParticles());
+        MOTE_RETURN_IF_ERROR(countDensities());
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
         dataset_->finish();
         report(1.0, "done");
@@ -597,22 +599,26 @@ class Job {
         }
     }
 
-    Status finish() {
-        auto& particles = *manifest_.mutable_particles();
+    /// Whether there is something to plot; the same on all ranks.
+    Status checkParticles() const {
         std::uint64_t total = 0;
-        for (const auto& step : particles.steps()) total += step.particles();
+        for (const auto& step : manifest_.particles().steps()) total += step.particles();
         if (total == 0) return nothingToPlot();
         if (base_ == nullptr && densities_.empty()) {
             return corrupt(inputs_.empty() ? "" : inputs_.front().string(),
                            "all particles weigh nothing, so there is no density to plot");
         }
-        MOTE_RETURN_IF_ERROR(countDensities());
-        keepNotes(particles);
+        return success();
+    }
+
+    Status finish() {
+        if (baseIsOld_) MOTE_RETURN_IF_ERROR(countBaseAnew());
+        keepNotes(*manifest_.mutable_particles());
         return publishDataset(dataset_->writer(), manifest_, progress_);
     }
 
     /// What is known only when all steps stand: the scale of densities, and with it each step's histogram,
-    /// from the files just written. Once.
+    /// from the files just written, some leaves by each rank. Once; all ranks call it.
     Status countDensities() {
         if (densitiesCounted_) return success();
         auto& particles = *manifest_.mutable_particles();
@@ -620,15 +626,38 @@ class Job {
         if (base_ != nullptr) densities_ = densities_.united(before);
         particles.set_density_min(densities_.min);
         particles.set_density_max(densities_.max);
+        baseIsOld_ = base_ != nullptr && !(before == densities_);
+        const auto mine = countLeaves();
+        MOTE_RETURN_IF_ERROR(agree(ranks_, mine));
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::uint64_t>(ranks_, *mine));
+        constexpr std::size_t bins = storage::densityHistogramBins;
         for (std::size_t i = 0; i < places_.size(); ++i) {
-            auto& entry = *particles.mutable_steps(ofDataset(i));
-            MOTE_ASSIGN_OR_RETURN(const auto file,
-                                  storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
-            MOTE_ASSIGN_OR_RETURN(const auto bins, densityHistogram(file, leaves_[i], densities_, progress_));
-            entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
+            auto& histogram = *particles.mutable_steps(ofDataset(i))->mutable_density_histogram();
+            histogram.Resize(bins, 0);
+            for (const auto& ofRank : all) {
+                for (std::size_t bin = 0; bin < bins; ++bin)
+                    histogram[static_cast<int>(bin)] += ofRank[i * bins + bin];
+            }
         }
         densitiesCounted_ = true;
-        return base_ != nullptr && !(before == densities_) ? countBaseAnew() : success();
+        return success();
+    }
+
+    /// The histograms of all new steps in turn, of this rank's share of their leaves.
+    Result<std::vector<std::uint64_t>> countLeaves() const {
+        const auto size = static_cast<std::uint64_t>(ranks_.size());
+        const auto rank = static_cast<std::uint64_t>(ranks_.rank());
+        std::vector<std::uint64_t> all;
+        for (std::size_t i = 0; i < places_.size(); ++i) {
+            const auto& entry = manifest_.particles().steps(ofDataset(i));
+            MOTE_ASSIGN_OR_RETURN(const auto file,
+                                  storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
+            MOTE_ASSIGN_OR_RETURN(const auto bins,
+                                  densityHistogram(file, leaves_[i] * rank / size,
+                                                   leaves_[i] * (rank + 1) / size, densities_, progress_));
+            all.insert(all.end(), bins.begin(), bins.end());
+        }
+        return all;
     }
 
     /// Histograms of the steps that are there, over the densities of all steps.
@@ -698,6 +727,7 @@ class Job {
     PlotBounds plotBounds_;
     Range densities_;
     bool densitiesCounted_ = false;
+    bool baseIsOld_ = false;           ///< histograms of the steps that were there are over another scale
     std::uint64_t othersLeftOut_ = 0;  ///< particles that are not lost, of a plot of those that are
     proto::Manifest manifest_;
 };

@@ -73,13 +73,14 @@ std::string ownFrameOf(std::string_view name) {
 
 }  // namespace
 
-Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t leaves,
-                                                    const Range& densities, const Progress& progress) {
+Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t begin,
+                                                    std::uint64_t end, const Range& densities,
+                                                    const Progress& progress) {
     constexpr std::uint64_t together = std::uint64_t{1} << 20;
-    std::vector<std::uint64_t> bins;
-    for (std::uint64_t leaf = 0; leaf < leaves; leaf += together) {
+    std::vector<std::uint64_t> bins(storage::densityHistogramBins);
+    for (std::uint64_t leaf = begin; leaf < end; leaf += together) {
         if (progress.cancelled()) return wasCancelled();
-        const auto count = static_cast<std::size_t>(std::min(together, leaves - leaf));
+        const auto count = static_cast<std::size_t>(std::min(together, end - leaf));
         std::vector<float> density(count);
         std::vector<std::uint32_t> points(count);
         MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafDensity, leaf * sizeof(float),

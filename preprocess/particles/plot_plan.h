@@ -88,10 +88,11 @@ void addAxes(const PlotAxes& axes, const std::array<Range, 3>& ranges,
 proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes, const PlotBounds& bounds,
                              const StepOptions& options);
 
-/// Particles by the scaled log density of their leaf, from the file of a step with so many leaves. Errors:
-/// internal, cancelled.
-Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t leaves,
-                                                    const Range& densities, const Progress& progress);
+/// The particles of leaves [begin, end) by the scaled log density of their leaf, from the file of a step.
+/// Errors: internal, cancelled.
+Result<std::vector<std::uint64_t>> densityHistogram(const storage::StepFile& file, std::uint64_t begin,
+                                                    std::uint64_t end, const Range& densities,
+                                                    const Progress& progress);
 
 /// Says what the steps leave out; `others`: particles that are not lost, of a plot of those that are.
 std::vector<std::string> leftOutNotes(const proto::ParticlesManifest& particles, bool boundsGiven,

@@ -29,6 +29,34 @@ std::size_t partOf(double at, std::size_t count) {
         std::clamp(at * static_cast<double>(count), 0.0, static_cast<double>(count - 1)));
 }
 
+/// A stable sort by fraction of what is spread about evenly, by buckets; `place`, within [0, 1], does not
+/// fall with the fraction.
+template <class Place>
+void sortEven(std::span<PreviewCandidate> candidates, const Place& place) {
+    constexpr std::size_t few = 24;  // as many are in order sooner by insertion
+    const auto less = [](const auto& a, const auto& b) { return a.from < b.from; };
+    const std::size_t size = candidates.size();
+    const std::vector<PreviewCandidate> all(candidates.begin(), candidates.end());
+    std::vector<std::uint32_t> next(size + 1);
+    for (const auto& one : all) ++next[partOf(place(one), size) + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    for (const auto& one : all) candidates[next[partOf(place(one), size)]++] = one;
+    // Buckets follow one another, so what is not in order is in one of them.
+    for (std::size_t begin = 0, bucket = 0; bucket < size; begin = next[bucket++]) {
+        const auto of = candidates.subspan(begin, next[bucket] - begin);
+        if (of.size() > few) {
+            std::stable_sort(of.begin(), of.end(), less);
+            continue;
+        }
+        for (std::size_t i = 1; i < of.size(); ++i) {
+            const auto after =
+                std::upper_bound(of.begin(), of.begin() + static_cast<std::ptrdiff_t>(i), of[i], less);
+            std::rotate(after, of.begin() + static_cast<std::ptrdiff_t>(i),
+                        of.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+        }
+    }
+}
+
 }  // namespace
 
 std::uint64_t previewSize(std::uint64_t points) {
@@ -104,31 +132,33 @@ std::size_t PreviewSelection::sliceOf(const PreviewCandidate& candidate, std::si
     return partOf(candidate.from / fraction_, slices);
 }
 
-/// Fractions are spread evenly, so each of many parts is small.
+/// Fractions are spread evenly, so each of many parts is small, and each bucket of a part smaller.
 std::vector<PreviewCandidate> PreviewSelection::sorted(
-    const std::vector<std::span<const PreviewCandidate>>& lists, std::size_t slice,
+    const std::vector<std::span<const PreviewCandidate>>& lists, std::size_t first, std::size_t last,
     std::size_t slices) const {
     std::size_t size = 0;
     for (const auto& list : lists) size += list.size();
     const std::size_t parts = size / 1024 + 1;
-    const auto part = [&](const PreviewCandidate& candidate) {
-        const double at = candidate.from / fraction_ * static_cast<double>(slices);
-        return partOf(at - static_cast<double>(slice), parts);
+    const double width = static_cast<double>(last - first);
+    const auto at = [&](const PreviewCandidate& candidate) {
+        const double slice = candidate.from / fraction_ * static_cast<double>(slices);
+        return (slice - static_cast<double>(first)) / width;
     };
     std::vector<std::size_t> next(parts + 1);
     for (const auto& list : lists) {
-        for (const auto& candidate : list) ++next[part(candidate) + 1];
+        for (const auto& candidate : list) ++next[partOf(at(candidate), parts) + 1];
     }
     std::partial_sum(next.begin(), next.end(), next.begin());
     const auto begin = next;
     std::vector<PreviewCandidate> sorted(size);
     for (const auto& list : lists) {
-        for (const auto& candidate : list) sorted[next[part(candidate)]++] = candidate;
+        for (const auto& candidate : list) sorted[next[partOf(at(candidate), parts)]++] = candidate;
     }
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
-        std::stable_sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin[i]),
-                         sorted.begin() + static_cast<std::ptrdiff_t>(begin[i + 1]),
-                         [](const auto& a, const auto& b) { return a.from < b.from; });
+        const auto part = std::span(sorted).subspan(begin[i], begin[i + 1] - begin[i]);
+        sortEven(part, [&](const PreviewCandidate& candidate) {
+            return at(candidate) * static_cast<double>(parts) - static_cast<double>(i);
+        });
     });
     return sorted;
 }

@@ -43,10 +43,15 @@ class PreviewSelection {
     /// The one of `slices`, equally wide in the fraction, that a candidate is in.
     std::size_t sliceOf(const PreviewCandidate& candidate, std::size_t slices) const;
 
-    /// The candidates of a slice by their fraction; those of equal ones in the order of the lists, and within
-    /// a list in its own. The same for any number of threads.
+    /// The candidates of slices [first, last) by their fraction; those of equal ones in the order of the
+    /// lists, and within a list in its own. The same for any number of threads.
     std::vector<PreviewCandidate> sorted(const std::vector<std::span<const PreviewCandidate>>& lists,
-                                         std::size_t slice, std::size_t slices) const;
+                                         std::size_t first, std::size_t last, std::size_t slices) const;
+
+    /// About how many of so many points are candidates.
+    std::size_t expected(std::uint64_t points) const {
+        return static_cast<std::size_t>(fraction_ * static_cast<double>(points));
+    }
 
     /// What `sorted` candidates, `before` of which are in earlier slices, give to the preview.
     BuiltPreview preview(std::span<const PreviewCandidate> sorted, std::uint64_t before) const;

@@ -30,21 +30,6 @@ std::size_t blocksPerRound(const Communicator& ranks) {
     return ranks.size() == 1 ? 16 : 4;
 }
 
-template <class T>
-void append(Bytes& bytes, std::span<const T> values) {
-    const auto raw = std::as_bytes(values);
-    bytes.insert(bytes.end(), raw.begin(), raw.end());
-    bytes.resize((bytes.size() + 7) / 8 * 8);  // what follows stands at a multiple of 8
-}
-
-/// Takes values off the front of a message that append() wrote.
-template <class T>
-std::span<const T> take(std::span<const std::byte>& bytes, std::size_t count) {
-    const std::span values(reinterpret_cast<const T*>(bytes.data()), count);
-    bytes = bytes.subspan((count * sizeof(T) + 7) / 8 * 8);
-    return values;
-}
-
 class ParticleExchange {
   public:
     /// All references outlive this.
@@ -63,21 +48,26 @@ class ParticleExchange {
         MOTE_RETURN_IF_ERROR(findPlaces(cells));
         MOTE_ASSIGN_OR_RETURN(const auto rounds, findRounds(reader));
         tbb::enumerable_thread_specific<QuantizedBlock> blocks;
-        const std::size_t together = blocksPerRound(ranks_);
-        std::vector<Batch> batches(together);
-        for (std::size_t round = 0; round < rounds; ++round) {
+        std::vector<Batch> batches;
+        const auto make = [&](std::size_t round) -> Result<std::vector<Bytes>> {
+            const std::size_t together = blocksPerRound(ranks_);
             const std::size_t begin = std::min(reader.blockCount(), round * together);
             const std::size_t end = std::min(reader.blockCount(), begin + together);
             batches.resize(end - begin);
-            const auto read = reader.forEach(begin, end, [&](const ParticleBlock& block, std::size_t i) {
+            MOTE_RETURN_IF_ERROR(reader.forEach(begin, end, [&](const ParticleBlock& block, std::size_t i) {
                 auto& quantized = blocks.local();
                 quantize(block, bounds, quantized);
                 sortByRange(quantized, batches[i - begin]);
-            });
-            MOTE_RETURN_IF_ERROR(agree(ranks_, read));
-            MOTE_RETURN_IF_ERROR(agree(ranks_, deliver(batches, store)));
-        }
-        return success();
+            }));
+            return deliver(batches, store);
+        };
+        const auto use = [&](std::size_t, const std::vector<Bytes>& incoming) -> Status {
+            for (std::size_t from = 0; from < incoming.size(); ++from) {
+                if (from != own()) MOTE_RETURN_IF_ERROR(place(from, unpack(incoming[from]), store));
+            }
+            return success();
+        };
+        return exchangeInRounds(ranks_, rounds, make, use);
     }
 
   private:
@@ -108,6 +98,7 @@ class ParticleExchange {
         firstRange_.push_back(plan_.ranges.size());
     }
 
+    std::size_t own() const { return static_cast<std::size_t>(ranks_.rank()); }
     std::size_t rangesOf(std::size_t rank) const { return firstRange_[rank + 1] - firstRange_[rank]; }
 
     /// Within a range, particles of earlier ranks come first: they are of earlier rows.
@@ -164,21 +155,17 @@ class ParticleExchange {
                 withWeights_ ? std::span(batch.weights).subspan(begin, count) : std::span<const double>()};
     }
 
-    Status deliver(const std::vector<Batch>& batches, SortedParticles& store) {
-        if (ranks_.size() == 1) {
-            std::vector<Share> shares;
-            shares.reserve(batches.size());
-            for (const auto& batch : batches) shares.push_back(shareOf(batch, 0));
-            return place(0, shares, store);
+    /// Places this rank's own; returns what goes to the others.
+    Result<std::vector<Bytes>> deliver(const std::vector<Batch>& batches, SortedParticles& store) {
+        std::vector<Share> mine;
+        mine.reserve(batches.size());
+        for (const auto& batch : batches) mine.push_back(shareOf(batch, own()));
+        MOTE_RETURN_IF_ERROR(place(own(), mine, store));
+        std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks_.size()));
+        for (std::size_t rank = 0; rank < outgoing.size(); ++rank) {
+            if (rank != own()) outgoing[rank] = pack(batches, rank);
         }
-        std::vector<Bytes> outgoing;
-        for (std::size_t rank = 0; rank + 1 < firstRange_.size(); ++rank)
-            outgoing.push_back(pack(batches, rank));
-        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
-        for (std::size_t from = 0; from < incoming.size(); ++from) {
-            MOTE_RETURN_IF_ERROR(place(from, unpack(incoming[from]), store));
-        }
-        return success();
+        return outgoing;
     }
 
     Status place(std::size_t from, const std::vector<Share>& shares, SortedParticles& store) {
@@ -205,21 +192,19 @@ class ParticleExchange {
     }
 
     Bytes pack(const std::vector<Batch>& batches, std::size_t rank) const {
-        Bytes bytes;
+        std::vector<Share> shares;
         std::size_t size = 0;
         for (const auto& batch : batches) {
-            const auto share = shareOf(batch, rank);
-            size += sizeof(std::uint64_t) + share.counts.size_bytes() + share.particles.size_bytes() +
-                    share.weights.size_bytes() + 8;
+            const auto& share = shares.emplace_back(shareOf(batch, rank));
+            size += listBytes<std::uint32_t>(share.counts.size()) +
+                    listBytes<Particle>(share.particles.size()) + listBytes<double>(share.weights.size());
         }
+        Bytes bytes;
         bytes.reserve(size);
-        for (const auto& batch : batches) {
-            const auto share = shareOf(batch, rank);
-            const std::uint64_t count = share.particles.size();
-            append(bytes, std::span(&count, 1));
-            append(bytes, share.counts);
-            append(bytes, share.particles);
-            append(bytes, share.weights);
+        for (const auto& share : shares) {
+            addList(bytes, share.counts);
+            addList(bytes, share.particles);
+            addList(bytes, share.weights);
         }
         return bytes;
     }
@@ -227,12 +212,11 @@ class ParticleExchange {
     std::vector<Share> unpack(const Bytes& bytes) const {
         std::vector<Share> shares;
         std::span<const std::byte> rest(bytes);
-        while (!rest.empty()) {
-            const auto count = take<std::uint64_t>(rest, 1).front();
+        while (rest.size() > listBytes<std::byte>(0)) {
             auto& share = shares.emplace_back();
-            share.counts = take<std::uint32_t>(rest, rangesOf(static_cast<std::size_t>(ranks_.rank())));
-            share.particles = take<Particle>(rest, count);
-            if (withWeights_) share.weights = take<double>(rest, count);
+            share.counts = takeList<std::uint32_t>(rest);
+            share.particles = takeList<Particle>(rest);
+            share.weights = takeList<double>(rest);
         }
         return shares;
     }

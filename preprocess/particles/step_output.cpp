@@ -30,41 +30,8 @@ namespace {
 
 using storage::StepArray;
 
-constexpr std::uint64_t windowPoints = std::uint64_t{1} << 19;
-
-// A message between ranks is a sequence of lists, each of which begins with its length.
-
-/// Room for a list at the end of a message: where its values begin.
-template <class T>
-std::size_t addList(Bytes& message, std::uint64_t length) {
-    const std::size_t at = message.size();
-    message.resize(at + sizeof length + length * sizeof(T));
-    std::memcpy(message.data() + at, &length, sizeof length);
-    return at + sizeof length;
-}
-
-/// Adds a list of these values to a message.
-template <class T>
-void addValues(Bytes& message, const std::vector<T>& values) {
-    const std::size_t at = addList<T>(message, values.size());
-    std::memcpy(message.data() + at, values.data(), values.size() * sizeof(T));
-}
-
-/// The values that a message is.
-template <class T>
-std::span<const T> spanOf(const Bytes& message) {
-    return {reinterpret_cast<const T*>(message.data()), message.size() / sizeof(T)};
-}
-
-/// Takes a list off the front of a message.
-template <class T>
-std::span<const T> takeList(std::span<const std::byte>& message) {
-    std::uint64_t length = 0;
-    std::memcpy(&length, message.data(), sizeof length);
-    const std::span values(reinterpret_cast<const T*>(message.data() + sizeof length), length);
-    message = message.subspan(sizeof length + values.size_bytes());
-    return values;
-}
+constexpr std::uint64_t windowPoints = std::uint64_t{1}
+                                       << 19;  // at most in a window, with those of pointsPerLeaf
 
 /// Of the points of a leaf, which lie one after another among all in Morton order.
 struct WantedPoints {
@@ -82,32 +49,33 @@ class PointOutput {
           ranks_(ranks),
           cancelled_(std::move(cancelled)),
           selection_(std::move(selection)),
-          begin_(step.octree.slicePoint[own()]),
-          end_(step.octree.slicePoint[own() + 1]),
+          windows_(cutWindows(step.octree, step.octree.slicePoint[own()])),
+          previewSlices_(shareOut(size())),
           candidates_(windowCount()) {}
 
     /// Writes the points of all windows. Errors: resourceExhausted (disk full), cancelled, internal; the same
     /// on all ranks.
     Status run() {
-        if (ranks_.size() == 1) return writeWindows(0, windowCount(), {});
         MOTE_RETURN_IF_ERROR(ask());
         const std::array<std::size_t, 2> mine{
             windowCount(), static_cast<std::size_t>(tbb::this_task_arena::max_concurrency())};
         MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::size_t>(ranks_, mine));
-        std::size_t most = 0;
+        std::size_t most = 1;
         for (const auto& of : all) most = std::max(most, of[0]);
         // Ranks may differ in their threads, not in what they expect of each other.
-        const std::size_t together = 2 * all.front()[1];
-        for (std::size_t first = 0; first < most; first += together) {
-            MOTE_RETURN_IF_ERROR(agree(ranks_, runRound(first, first + together)));
-        }
-        return success();
+        const std::size_t together = size() == 1 ? most : 2 * all.front()[1];
+        return exchangeInRounds(
+            ranks_, (most + together - 1) / together,
+            [&](std::size_t round) { return gatherRound(round * together, (round + 1) * together); },
+            [&](std::size_t round, const std::vector<Bytes>& incoming) {
+                return writeRound(round * together, (round + 1) * together, incoming);
+            });
     }
 
     /// Writes the preview, after run(). Errors: as run().
     Status writePreview() {
         if (ranks_.size() == 1) return writePreview({candidates_.begin(), candidates_.end()});
-        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(slices()));
+        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(byOwner()));
         std::vector<std::span<const PreviewCandidate>> lists;
         for (const auto& bytes : incoming) lists.push_back(spanOf<PreviewCandidate>(bytes));
         return writePreview(lists);
@@ -129,6 +97,10 @@ class PointOutput {
         std::vector<std::uint64_t> points;  ///< by window of that rank
         std::vector<std::size_t> first;     ///< by window, where it begins in the list
         std::vector<WantedPoints> list;
+
+        std::span<const WantedPoints> ofWindow(std::size_t i) const {
+            return std::span(list).subspan(first[i], first[i + 1] - first[i]);
+        }
     };
     /// By rank, what came of it for a window.
     using Streams = std::vector<std::span<const LeafPoint>>;
@@ -136,11 +108,26 @@ class PointOutput {
     std::size_t own() const { return static_cast<std::size_t>(ranks_.rank()); }
     std::size_t size() const { return static_cast<std::size_t>(ranks_.size()); }
 
-    std::size_t windowCount() const { return (end_ - begin_ + windowPoints - 1) / windowPoints; }
+    std::size_t windowCount() const { return windows_.size() - 1; }
 
-    Window window(std::size_t index) const {
-        const std::uint64_t begin = begin_ + index * windowPoints;
-        return {begin, std::min(end_, begin + windowPoints)};
+    Window window(std::size_t index) const { return {windows_[index], windows_[index + 1]}; }
+
+    /// The first point of each window of this rank's slice, and one more.
+    static std::vector<std::uint64_t> cutWindows(const Octree& octree, std::uint64_t begin) {
+        std::vector<std::uint64_t> windows{begin};
+        std::uint64_t leaves = 0;
+        for (const auto points : octree.leafPointCount) {
+            const std::uint64_t end = begin + points;
+            ++leaves;
+            while (end - windows.back() + leaves * pointsPerLeaf >= windowPoints) {
+                windows.push_back(std::min(end, windows.back() + windowPoints));
+                leaves = 0;
+                if (windows.back() == end) break;
+            }
+            begin = end;
+        }
+        if (windows.back() < begin) windows.push_back(begin);
+        return windows;
     }
 
     /// Calls `use(leaf, first, count)` for the leaves of a window: which of their points lie in it.
@@ -165,6 +152,10 @@ class PointOutput {
 
     /// Tells the others what this rank wants of their points, and learns what they want.
     Status ask() {
+        if (size() == 1) {
+            wanted_.resize(1);
+            return success();
+        }
         std::vector<std::vector<std::uint64_t>> points(size(), std::vector<std::uint64_t>(windowCount()));
         std::vector<std::vector<std::uint64_t>> parts = points;
         std::vector<std::vector<WantedPoints>> lists(size());
@@ -180,17 +171,20 @@ class PointOutput {
         }
         std::vector<Bytes> outgoing(size());
         for (std::size_t rank = 0; rank < size(); ++rank) {
-            addValues<std::uint64_t>(outgoing[rank], points[rank]);
-            addValues<std::uint64_t>(outgoing[rank], parts[rank]);
-            addValues<WantedPoints>(outgoing[rank], std::exchange(lists[rank], {}));
+            if (rank == own()) continue;
+            addList<std::uint64_t>(outgoing[rank], points[rank]);
+            addList<std::uint64_t>(outgoing[rank], parts[rank]);
+            addList<WantedPoints>(outgoing[rank], std::exchange(lists[rank], {}));
         }
         MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
-        for (const auto& bytes : incoming) {
-            std::span<const std::byte> rest(bytes);
+        wanted_.resize(size());
+        for (std::size_t rank = 0; rank < size(); ++rank) {
+            if (rank == own()) continue;
+            std::span<const std::byte> rest(incoming[rank]);
             const auto ofWindow = takeList<std::uint64_t>(rest);
             const auto partsOf = takeList<std::uint64_t>(rest);
             const auto list = takeList<WantedPoints>(rest);
-            auto& wanted = wanted_.emplace_back();
+            auto& wanted = wanted_[rank];
             wanted.points.assign(ofWindow.begin(), ofWindow.end());
             wanted.first.resize(partsOf.size() + 1);
             std::inclusive_scan(partsOf.begin(), partsOf.end(), wanted.first.begin() + 1);
@@ -199,48 +193,42 @@ class PointOutput {
         return success();
     }
 
-    /// Windows [first, last) of each rank, as far as it has so many.
-    Status runRound(std::size_t first, std::size_t last) {
-        auto outgoing = gatherRound(first, last);
-        MOTE_RETURN_IF_ERROR(agree(ranks_, outgoing));
-        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(*std::move(outgoing)));
-        const std::size_t begin = std::min(first, windowCount());
-        const std::size_t end = std::min(last, windowCount());
-        std::vector<Streams> streams(end - begin);
-        for (const auto& bytes : incoming) {
-            std::span<const std::byte> rest(bytes);
-            for (auto& ofWindow : streams) {
-                ofWindow.push_back(rest.empty() ? std::span<const LeafPoint>() : takeList<LeafPoint>(rest));
-            }
-        }
-        return writeWindows(begin, end, streams);
-    }
-
-    /// This rank's points of all windows, by the rank that writes them.
+    /// What this rank has of windows [first, last) of the others, as far as they have so many.
     Result<std::vector<Bytes>> gatherRound(std::size_t first, std::size_t last) {
         std::vector<Bytes> outgoing(size());
         std::vector<std::function<Status()>> work;
         for (std::size_t rank = 0; rank < size(); ++rank) {
-            if (rank == own()) continue;
-            const auto& wanted = wanted_[rank];
-            std::vector<std::size_t> begin;
-            const std::size_t end = std::min(last, wanted.points.size());
+            const auto& points = wanted_[rank].points;
+            const std::size_t end = std::min(last, points.size());
             std::size_t bytes = 0;
-            for (std::size_t i = first; i < end; ++i) bytes += 8 + wanted.points[i] * sizeof(LeafPoint);
+            for (std::size_t i = first; i < end; ++i) bytes += listBytes<LeafPoint>(points[i]);
             outgoing[rank].reserve(bytes);
-            for (std::size_t i = first; i < end; ++i)
-                begin.push_back(addList<LeafPoint>(outgoing[rank], wanted.points[i]));
             for (std::size_t i = first; i < end; ++i) {
-                work.emplace_back(
-                    [this, &wanted, i, to = std::span(outgoing[rank]).subspan(begin[i - first])] {
-                        return gather(std::span(wanted.list)
-                                          .subspan(wanted.first[i], wanted.first[i + 1] - wanted.first[i]),
-                                      to);
-                    });
+                const std::size_t at = addRoom<LeafPoint>(outgoing[rank], points[i]);
+                work.emplace_back([this, &to = outgoing[rank], rank, i, at] {
+                    return gather(wanted_[rank].ofWindow(i), std::span(to).subspan(at));
+                });
             }
         }
         MOTE_RETURN_IF_ERROR(inParallel(work.size(), [&](std::size_t i) { return work[i](); }));
         return outgoing;
+    }
+
+    /// Windows [first, last) of this rank, as far as it has so many, with what others have of them.
+    Status writeRound(std::size_t first, std::size_t last, const std::vector<Bytes>& incoming) {
+        const std::size_t begin = std::min(first, windowCount());
+        const std::size_t end = std::min(last, windowCount());
+        std::vector<Streams> streams(end - begin, Streams(size()));
+        for (std::size_t rank = 0; rank < size(); ++rank) {
+            std::span<const std::byte> rest(incoming[rank]);
+            for (std::size_t i = 0; rank != own() && i < streams.size(); ++i)
+                streams[i][rank] = takeList<LeafPoint>(rest);
+        }
+        tbb::enumerable_thread_specific<Worker> workers;
+        return inParallel(end - begin, [&](std::size_t i) -> Status {
+            if (cancelled_()) return wasCancelled();
+            return write(begin + i, streams[i], workers.local());
+        });
     }
 
     /// Points of this rank to the front of `to`.
@@ -255,21 +243,15 @@ class PointOutput {
         return success();
     }
 
-    /// `streams`, by window: what others have of their points.
-    Status writeWindows(std::size_t begin, std::size_t end, std::vector<Streams> streams) {
-        tbb::enumerable_thread_specific<Worker> workers;
-        return inParallel(end - begin, [&](std::size_t i) -> Status {
-            if (cancelled_()) return wasCancelled();
-            return write(begin + i, streams.empty() ? Streams() : std::move(streams[i]), workers.local());
-        });
-    }
-
-    Status write(std::size_t index, Streams streams, Worker& worker) {
+    /// `streams` are used up.
+    Status write(std::size_t index, Streams& streams, Worker& worker) {
         const auto where = window(index);
         worker.positions.resize(where.end - where.begin);
         worker.rows.resize(where.end - where.begin);
         std::size_t at = 0;
         Status status = success();
+        auto& candidates = candidates_[index];
+        candidates.reserve(selection_.expected(where.end - where.begin) * 5 / 4 + 1024);
         forEachPart(where, [&](std::size_t leaf, std::uint32_t first, std::size_t count) {
             const auto points = pointsOf(leaf, first, count, streams, worker);
             if (!points.ok()) {
@@ -282,7 +264,7 @@ class PointOutput {
                 worker.rows[at + i] = (*points)[i].row;
             }
             at += count;
-            selection_.add(leaf, first, positions, candidates_[index]);
+            selection_.add(leaf, first, positions, candidates);
         });
         MOTE_RETURN_IF_ERROR(status);
         MOTE_RETURN_IF_ERROR(file_.write(StepArray::pointPosition,
@@ -308,27 +290,49 @@ class PointOutput {
     }
 
     /// This rank's candidates by the rank that puts them in order; they are gone then.
-    std::vector<Bytes> slices() {
+    std::vector<Bytes> byOwner() {
         std::vector<std::size_t> next(size());
         for (const auto& ofWindow : candidates_) {
-            for (const auto& candidate : ofWindow) ++next[selection_.sliceOf(candidate, size())];
+            for (const auto& candidate : ofWindow) ++next[ownerOf(candidate)];
         }
         std::vector<Bytes> outgoing(size());
-        for (std::size_t slice = 0; slice < size(); ++slice)
-            outgoing[slice].resize(std::exchange(next[slice], 0) * sizeof(PreviewCandidate));
+        for (std::size_t rank = 0; rank < size(); ++rank)
+            outgoing[rank].resize(std::exchange(next[rank], 0) * sizeof(PreviewCandidate));
         for (auto& ofWindow : candidates_) {
             for (const auto& candidate : std::exchange(ofWindow, {})) {
-                const std::size_t slice = selection_.sliceOf(candidate, size());
-                std::memcpy(outgoing[slice].data() + next[slice], &candidate, sizeof candidate);
-                next[slice] += sizeof candidate;
+                const std::size_t rank = ownerOf(candidate);
+                std::memcpy(outgoing[rank].data() + next[rank], &candidate, sizeof candidate);
+                next[rank] += sizeof candidate;
             }
         }
         return outgoing;
     }
 
-    /// Puts this rank's slice in order and writes what of it is in the preview.
+    std::size_t ownerOf(const PreviewCandidate& candidate) const {
+        const std::size_t slice = selection_.sliceOf(candidate, previewSlices_.back());
+        const auto after = std::upper_bound(previewSlices_.begin(), previewSlices_.end(), slice);
+        return static_cast<std::size_t>(after - previewSlices_.begin()) - 1;
+    }
+
+    /// The first of each rank's slices of the preview, and one more: fewer for rank 0, which makes the hashes
+    /// of all points meanwhile, in .4 times the time that one rank would need for the whole preview.
+    static std::vector<std::size_t> shareOut(std::size_t ranks) {
+        if (ranks == 1) return {0, 1};
+        constexpr std::size_t hashes = 4, whole = 10;
+        const std::size_t each = (whole + hashes) * (ranks - 1);  // of ranks * whole * (ranks - 1) slices
+        const std::size_t least = hashes * ranks * (ranks - 1);
+        const std::size_t all = whole * ranks * (ranks - 1);
+        const std::size_t first = each > least ? each - least : 0;
+        std::vector<std::size_t> begin{0};
+        for (std::size_t rank = 0; rank < ranks; ++rank)
+            begin.push_back(first + (all - first) * rank / (ranks - 1));
+        return begin;
+    }
+
+    /// Puts this rank's slices in order and writes what of them is in the preview.
     Status writePreview(const std::vector<std::span<const PreviewCandidate>>& lists) {
-        const auto sorted = selection_.sorted(lists, own(), size());
+        const auto sorted =
+            selection_.sorted(lists, previewSlices_[own()], previewSlices_[own() + 1], previewSlices_.back());
         const std::uint64_t size = sorted.size();
         MOTE_ASSIGN_OR_RETURN(const auto sizes, shareValues<std::uint64_t>(ranks_, std::span(&size, 1)));
         std::uint64_t before = 0, all = 0;
@@ -355,7 +359,8 @@ class PointOutput {
     Communicator& ranks_;
     std::function<bool()> cancelled_;
     PreviewSelection selection_;
-    std::uint64_t begin_, end_;                              ///< this rank's slice of the points
+    std::vector<std::uint64_t> windows_;                     ///< cutWindows()
+    std::vector<std::size_t> previewSlices_;                 ///< shareOut()
     std::vector<Wanted> wanted_;                             ///< by rank
     std::vector<std::vector<PreviewCandidate>> candidates_;  ///< by window
 };
@@ -376,7 +381,6 @@ class StepFiles {
     Result<StepFile::Places> run() {
         MOTE_RETURN_IF_ERROR(openFile());
         if (!output_.rows.empty()) file_->holdRows(output_.rows);
-        if (ranks_.size() > 1 || tbb::this_task_arena::max_concurrency() > 1) file_->writeTogether();
         if (!output_.rowsAreRead) file_->leaveRows();
         if (ranks_.first()) file_->hashAhead(output_.cancelled);
         MOTE_ASSIGN_OR_RETURN(auto selection, PreviewSelection::make(step_.octree, ranks_));

@@ -114,7 +114,6 @@ Result<StepFile> StepFile::open(const fs::path& path, const Places& places) {
 Status StepFile::write(StepArray which, std::uint64_t at, std::span<const std::byte> bytes) const {
     const auto& place = places_[static_cast<std::size_t>(which)];
     MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
-    if (together_) bringPages(file_.get(), place.offset + at, bytes.size());
     if (which != StepArray::pointRow || rows_.empty())
         return writeAt(file_.get(), place.offset + at, bytes, path_, cacheFor(places_));
     const auto held = heldRows(at, bytes.size());

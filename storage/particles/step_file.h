@@ -44,8 +44,6 @@ class StepFile {
 
     const Places& places() const { return places_; }
 
-    /// Several threads or processes write at once (bringPages()).
-    void writeTogether() { together_ = true; }
     /// From now on the rows of points, which fit 32 bits, are held in `rows`, too, one for each point: they
     /// are read there, and what is written of them to the file stays out of the system's cache. `rows`
     /// outlives this. What stands in it counts as written.
@@ -92,7 +90,6 @@ class StepFile {
     std::filesystem::path path_;
     FileDescriptor file_;
     Places places_;
-    bool together_ = false;
     std::span<std::uint32_t> rows_;  ///< by point; empty: they are not held
     bool rowsUnread_ = false;
     std::unique_ptr<HashPass> pass_;  ///< since hashAhead(); it reads the file above

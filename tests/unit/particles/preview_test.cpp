@@ -93,7 +93,7 @@ BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::u
     const auto candidates = candidatesOf(selection, step, tree, together);
     const std::span all(candidates);
     const std::size_t half = all.size() / 2;
-    return selection.preview(selection.sorted({all.first(half), {}, all.subspan(half)}, 0, 1), 0);
+    return selection.preview(selection.sorted({all.first(half), {}, all.subspan(half)}, 0, 1, 1), 0);
 }
 
 /// Leaves of one point, of a few and of all.
@@ -125,7 +125,8 @@ TEST(Preview, SlicesAreThoseOfTheWhole) {
         BuiltPreview all;
         std::uint64_t before = 0;
         for (std::size_t slice = 0; slice < slices; ++slice) {
-            const auto part = selection.preview(selection.sorted({of[slice]}, slice, slices), before);
+            const auto part =
+                selection.preview(selection.sorted({of[slice]}, slice, slice + 1, slices), before);
             EXPECT_EQ(part.first, all.points.size());
             all.points.insert(all.points.end(), part.points.begin(), part.points.end());
             all.threshold.insert(all.threshold.end(), part.threshold.begin(), part.threshold.end());

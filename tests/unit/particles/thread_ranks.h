@@ -48,7 +48,7 @@ class ThreadRanks {
             return incoming;
         }
         Result<std::vector<prep::Bytes>> share(std::span<const std::byte> mine) override {
-            return exchange(std::vector<prep::Bytes>(all_.size_, {mine.begin(), mine.end()}));
+            return exchange(std::vector<prep::Bytes>(all_.size_, prep::bytesOf(mine)));
         }
 
       private:
