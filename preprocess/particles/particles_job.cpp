@@ -404,7 +404,7 @@ class Job {
             [&](std::size_t index, BuiltStep built) { return take(index, built); });
     }
 
-    Status take(std::size_t index, const BuiltStep& built) {
+    Status take(std::size_t index, BuiltStep& built) {
         const auto& info = source_.steps()[steps_[index]];
         auto& entry = *manifest_.mutable_particles()->add_steps();
         if (plotBounds_.ofSteps()) addAxes(axes_, plotBounds_.of(index), *entry.mutable_axes());
@@ -445,7 +445,7 @@ class Job {
         return buildStep(*readers_[index], plotBounds_.of(index), stepOptions_, resources);
     }
 
-    Status write(const BuiltStep& built, std::size_t index, proto::ParticleStepEntry& entry) {
+    Status write(BuiltStep& built, std::size_t index, proto::ParticleStepEntry& entry) {
         StepOutput output;
         output.directory = dataset_->directory();
         output.name = storage::stepName(static_cast<std::uint32_t>(ofDataset(index)));
@@ -462,6 +462,7 @@ class Job {
         output.rowsAreRead = !columns_.empty();
         output.ranks = &ranks_;
         output.cancelled = [this] { return progress_.cancelled(); };
+        output.stores = stores_;
         // The disk gets the file while it is hashed, so that publishing need not wait.
         output.written = [&] { writeback_.begin(dataset_->directory() / entry.file()); };
         output.complete = [&](auto hash) { dataset_->writer().add(entry.file(), std::move(hash)); };

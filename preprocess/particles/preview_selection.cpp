@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "preprocess/particles/cell_plan.h"
+#include "protocol/base/mote_check.h"
 #include "protocol/scene/drawn_points.h"
 
 namespace mote::prep {
@@ -133,12 +134,9 @@ std::size_t PreviewSelection::sliceOf(const PreviewCandidate& candidate, std::si
 }
 
 /// Fractions are spread evenly, so each of many parts is small, and each bucket of a part smaller.
-std::vector<PreviewCandidate> PreviewSelection::sorted(
-    const std::vector<std::span<const PreviewCandidate>>& lists, std::size_t first, std::size_t last,
-    std::size_t slices) const {
-    std::size_t size = 0;
-    for (const auto& list : lists) size += list.size();
-    const std::size_t parts = size / 1024 + 1;
+void PreviewSelection::sort(const std::vector<std::span<const PreviewCandidate>>& lists, std::size_t first,
+                            std::size_t last, std::size_t slices, std::span<PreviewCandidate> sorted) const {
+    const std::size_t parts = sorted.size() / 1024 + 1;
     const double width = static_cast<double>(last - first);
     const auto at = [&](const PreviewCandidate& candidate) {
         const double slice = candidate.from / fraction_ * static_cast<double>(slices);
@@ -150,17 +148,16 @@ std::vector<PreviewCandidate> PreviewSelection::sorted(
     }
     std::partial_sum(next.begin(), next.end(), next.begin());
     const auto begin = next;
-    std::vector<PreviewCandidate> sorted(size);
+    MOTE_CHECK(begin.back() == sorted.size());
     for (const auto& list : lists) {
         for (const auto& candidate : list) sorted[next[partOf(at(candidate), parts)]++] = candidate;
     }
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
-        const auto part = std::span(sorted).subspan(begin[i], begin[i + 1] - begin[i]);
+        const auto part = sorted.subspan(begin[i], begin[i + 1] - begin[i]);
         sortEven(part, [&](const PreviewCandidate& candidate) {
             return at(candidate) * static_cast<double>(parts) - static_cast<double>(i);
         });
     });
-    return sorted;
 }
 
 BuiltPreview PreviewSelection::preview(std::span<const PreviewCandidate> sorted, std::uint64_t before) const {

@@ -43,10 +43,11 @@ class PreviewSelection {
     /// The one of `slices`, equally wide in the fraction, that a candidate is in.
     std::size_t sliceOf(const PreviewCandidate& candidate, std::size_t slices) const;
 
-    /// The candidates of slices [first, last) by their fraction; those of equal ones in the order of the
-    /// lists, and within a list in its own. The same for any number of threads.
-    std::vector<PreviewCandidate> sorted(const std::vector<std::span<const PreviewCandidate>>& lists,
-                                         std::size_t first, std::size_t last, std::size_t slices) const;
+    /// Puts the candidates of slices [first, last) into `sorted`, which has room for just them, by their
+    /// fraction; those of equal ones in the order of the lists, and within a list in its own. The same for
+    /// any number of threads.
+    void sort(const std::vector<std::span<const PreviewCandidate>>& lists, std::size_t first,
+              std::size_t last, std::size_t slices, std::span<PreviewCandidate> sorted) const;
 
     /// About how many of so many points are candidates.
     std::size_t expected(std::uint64_t points) const {

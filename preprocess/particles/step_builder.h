@@ -65,6 +65,7 @@ struct StepOutput {
     storage::StepAttributes attributes;
     Communicator* ranks = nullptr;
     std::function<bool()> cancelled;
+    std::shared_ptr<StoreMemory> stores;  ///< that of the step's points, which the preview takes over
     /// One for each point, which becomes its row; empty: none are held. One rank alone may hold them.
     std::span<std::uint32_t> rows = {};
     bool rowsAreRead = true;  ///< soon, by which columns are put in order
@@ -73,8 +74,9 @@ struct StepOutput {
     std::function<void(storage::FileHash)> complete;  ///< called by rank 0
 };
 
-/// Makes NAME.h5 and NAME.digest; returns where the arrays lie in it. Errors: resourceExhausted (disk full),
-/// permissionDenied, cancelled, internal; the same on all ranks. Parts of the files may be left.
-Result<storage::StepFile::Places> writeBuiltStep(const BuiltStep& step, const StepOutput& output);
+/// Makes NAME.h5 and NAME.digest; returns where the arrays lie in it. `step` is left without its points.
+/// Errors: resourceExhausted (disk full, memory), permissionDenied, cancelled, internal; the same on all
+/// ranks. Parts of the files may be left.
+Result<storage::StepFile::Places> writeBuiltStep(BuiltStep& step, const StepOutput& output);
 
 }  // namespace mote::prep

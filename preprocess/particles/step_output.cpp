@@ -72,13 +72,25 @@ class PointOutput {
             });
     }
 
-    /// Writes the preview, after run(). Errors: as run().
-    Status writePreview() {
-        if (ranks_.size() == 1) return writePreview({candidates_.begin(), candidates_.end()});
-        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(byOwner()));
+    /// Writes the preview, after run(), whose points are no more needed. Errors: as run(), resourceExhausted.
+    Status writePreview(std::shared_ptr<StoreMemory> memory) {
+        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(othersCandidates()));
         std::vector<std::span<const PreviewCandidate>> lists;
-        for (const auto& bytes : incoming) lists.push_back(spanOf<PreviewCandidate>(bytes));
-        return writePreview(lists);
+        std::uint64_t size = 0;
+        for (std::size_t rank = 0; rank < incoming.size(); ++rank) {
+            if (rank == own()) {
+                lists.insert(lists.end(), candidates_.begin(), candidates_.end());
+            } else {
+                lists.push_back(spanOf<PreviewCandidate>(incoming[rank]));
+            }
+        }
+        for (const auto& list : lists) size += list.size();
+        auto room = RecordStore::inMemory(size * sizeof(PreviewCandidate), std::move(memory));
+        MOTE_RETURN_IF_ERROR(agree(ranks_, room));
+        const auto sorted = room->room<PreviewCandidate>(0, size);
+        selection_.sort(lists, previewSlices_[own()], previewSlices_[own() + 1], previewSlices_.back(),
+                        sorted);
+        return writePreview(sorted);
     }
 
   private:
@@ -289,21 +301,30 @@ class PointOutput {
         return points;
     }
 
-    /// This rank's candidates by the rank that puts them in order; they are gone then.
-    std::vector<Bytes> byOwner() {
+    /// Candidates that other ranks put in order, by rank; this one keeps the rest.
+    std::vector<Bytes> othersCandidates() {
+        std::vector<Bytes> outgoing(size());
+        if (size() == 1) return outgoing;
         std::vector<std::size_t> next(size());
         for (const auto& ofWindow : candidates_) {
             for (const auto& candidate : ofWindow) ++next[ownerOf(candidate)];
         }
-        std::vector<Bytes> outgoing(size());
-        for (std::size_t rank = 0; rank < size(); ++rank)
-            outgoing[rank].resize(std::exchange(next[rank], 0) * sizeof(PreviewCandidate));
+        for (std::size_t rank = 0; rank < size(); ++rank) {
+            const std::size_t count = std::exchange(next[rank], 0);
+            if (rank != own()) outgoing[rank].resize(count * sizeof(PreviewCandidate));
+        }
         for (auto& ofWindow : candidates_) {
-            for (const auto& candidate : std::exchange(ofWindow, {})) {
+            std::size_t kept = 0;
+            for (const auto& candidate : ofWindow) {
                 const std::size_t rank = ownerOf(candidate);
-                std::memcpy(outgoing[rank].data() + next[rank], &candidate, sizeof candidate);
-                next[rank] += sizeof candidate;
+                if (rank == own()) {
+                    ofWindow[kept++] = candidate;
+                } else {
+                    std::memcpy(outgoing[rank].data() + next[rank], &candidate, sizeof candidate);
+                    next[rank] += sizeof candidate;
+                }
             }
+            ofWindow.resize(kept);
         }
         return outgoing;
     }
@@ -329,10 +350,8 @@ class PointOutput {
         return begin;
     }
 
-    /// Puts this rank's slices in order and writes what of them is in the preview.
-    Status writePreview(const std::vector<std::span<const PreviewCandidate>>& lists) {
-        const auto sorted =
-            selection_.sorted(lists, previewSlices_[own()], previewSlices_[own() + 1], previewSlices_.back());
+    /// Writes what of this rank's slices is in the preview.
+    Status writePreview(std::span<const PreviewCandidate> sorted) {
         const std::uint64_t size = sorted.size();
         MOTE_ASSIGN_OR_RETURN(const auto sizes, shareValues<std::uint64_t>(ranks_, std::span(&size, 1)));
         std::uint64_t before = 0, all = 0;
@@ -341,7 +360,12 @@ class PointOutput {
             all += sizes[rank].front();
         }
         MOTE_CHECK(all >= previewSize(step_.counts.particles));
-        return agree(ranks_, write(selection_.preview(sorted, before)));
+        constexpr std::size_t together = std::size_t{1} << 18;
+        return agree(ranks_, inParallel((sorted.size() + together - 1) / together, [&](std::size_t i) {
+                         const auto piece =
+                             sorted.subspan(i * together, std::min(together, sorted.size() - i * together));
+                         return write(selection_.preview(piece, before + i * together));
+                     }));
     }
 
     Status write(const BuiltPreview& preview) {
@@ -369,7 +393,7 @@ using storage::StepFile;
 
 class StepFiles {
   public:
-    StepFiles(const BuiltStep& step, const StepOutput& output)
+    StepFiles(BuiltStep& step, const StepOutput& output)
         : step_(step),
           output_(output),
           ranks_(*output.ranks),
@@ -386,7 +410,8 @@ class StepFiles {
         MOTE_ASSIGN_OR_RETURN(auto selection, PreviewSelection::make(step_.octree, ranks_));
         PointOutput points(step_, *file_, ranks_, output_.cancelled, std::move(selection));
         MOTE_RETURN_IF_ERROR(ranks_.size() == 1 ? writeAlone(points) : writeTogether(points));
-        MOTE_RETURN_IF_ERROR(points.writePreview());
+        step_.points = RecordStore();
+        MOTE_RETURN_IF_ERROR(points.writePreview(output_.stores));
         MOTE_RETURN_IF_ERROR(syncOthers());
         completeTo(static_cast<StepArray>(storage::stepArrays.size()));
         MOTE_RETURN_IF_ERROR(hash());
@@ -512,7 +537,7 @@ class StepFiles {
                                      toJson(file_->digest(shape_, hashes.blocks)));
     }
 
-    const BuiltStep& step_;
+    BuiltStep& step_;
     const StepOutput& output_;
     Communicator& ranks_;
     std::filesystem::path path_;
@@ -522,7 +547,7 @@ class StepFiles {
 
 }  // namespace
 
-Result<StepFile::Places> writeBuiltStep(const BuiltStep& step, const StepOutput& output) {
+Result<StepFile::Places> writeBuiltStep(BuiltStep& step, const StepOutput& output) {
     return StepFiles(step, output).run();
 }
 

@@ -88,12 +88,22 @@ std::vector<PreviewCandidate> candidatesOf(const PreviewSelection& selection,
     return candidates;
 }
 
+std::vector<PreviewCandidate> sorted(const PreviewSelection& selection,
+                                     const std::vector<std::span<const PreviewCandidate>>& lists,
+                                     std::size_t slice, std::size_t slices) {
+    std::size_t size = 0;
+    for (const auto& list : lists) size += list.size();
+    std::vector<PreviewCandidate> all(size);
+    selection.sort(lists, slice, slice + 1, slices, all);
+    return all;
+}
+
 BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::uint64_t together) {
     const auto selection = selectionOf(tree);
     const auto candidates = candidatesOf(selection, step, tree, together);
     const std::span all(candidates);
     const std::size_t half = all.size() / 2;
-    return selection.preview(selection.sorted({all.first(half), {}, all.subspan(half)}, 0, 1, 1), 0);
+    return selection.preview(sorted(selection, {all.first(half), {}, all.subspan(half)}, 0, 1), 0);
 }
 
 /// Leaves of one point, of a few and of all.
@@ -125,8 +135,7 @@ TEST(Preview, SlicesAreThoseOfTheWhole) {
         BuiltPreview all;
         std::uint64_t before = 0;
         for (std::size_t slice = 0; slice < slices; ++slice) {
-            const auto part =
-                selection.preview(selection.sorted({of[slice]}, slice, slice + 1, slices), before);
+            const auto part = selection.preview(sorted(selection, {of[slice]}, slice, slices), before);
             EXPECT_EQ(part.first, all.points.size());
             all.points.insert(all.points.end(), part.points.begin(), part.points.end());
             all.threshold.insert(all.threshold.end(), part.threshold.begin(), part.threshold.end());
