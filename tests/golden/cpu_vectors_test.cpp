@@ -21,6 +21,7 @@
 #include "tests/golden/device_pictures.h"
 #include "tests/golden/golden_scenes.h"
 #include "tests/golden/golden_strokes.h"
+#include "tests/reference/reference_renderer.h"
 #include "tests/support/only_vectors.h"
 
 namespace mote::test {
@@ -57,6 +58,19 @@ TEST(CpuVectors, AllKindsDrawTheSamePicture) {
 // Among them the plain kind, whose reads of memory a sanitizer sees.
 TEST(CpuVectors, AllKindsMixVolumesPointsAndDotsAlike) {
     expectTheSameOfAllKinds("dotPlane", Quality::exact());
+}
+
+// Cut once, what lies in a cell is 3 dB worse of sheets within it.
+TEST(CpuVectors, AllKindsCutWhatIsThinWithinACellAgain) {
+    auto scene = makeScene("hybridSheets");
+    scene.view.width /= 2, scene.view.height /= 2;
+    const auto expected = reference::encode(reference::render(scene, {512.0}));
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+        const OnlyVectors only(target);
+        CpuDevice device;
+        const auto result = compare(picture(device, scene, Quality::exact()), expected);
+        EXPECT_GT(result.psnr, 72.0) << device.name() << ' ' << result.toString();
+    }
 }
 
 // What rays meet is added in one order: half floats tell roundings that bytes hide.

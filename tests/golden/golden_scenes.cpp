@@ -235,11 +235,19 @@ std::shared_ptr<const render::GridField> machine(HybridRepresentation parts) {
 }
 
 // Glass around metal.
-const std::string curve = R"('curve': [{'value': 45, 'opacity': 0}, {'value': 60, 'opacity': 0.02},
+const std::string glass = R"('curve': [{'value': 45, 'opacity': 0}, {'value': 60, 'opacity': 0.02},
     {'value': 100, 'opacity': 0.02}, {'value': 130, 'opacity': 0.25}, {'value': 202, 'opacity': 0.6}])";
 const std::string camera = "'camera': {'eye': [60, 40, 120], 'target': [10, -5, 20], 'fovYDegrees': 32}";
 
-std::string hybridView(const std::string& style, const std::string& size = "'width': 240, 'height': 180") {
+// Three shells, so thin that a cell of the source has many such values.
+const std::string sheets = R"('curve': [
+    {'value': 50, 'opacity': 0}, {'value': 51, 'opacity': 0.7}, {'value': 53, 'opacity': 0.7},
+    {'value': 54, 'opacity': 0}, {'value': 90, 'opacity': 0}, {'value': 91, 'opacity': 0.7},
+    {'value': 93, 'opacity': 0.7}, {'value': 94, 'opacity': 0}, {'value': 150, 'opacity': 0},
+    {'value': 151, 'opacity': 0.7}, {'value': 153, 'opacity': 0.7}, {'value': 154, 'opacity': 0}])";
+
+std::string hybridView(const std::string& style, const std::string& size = "'width': 240, 'height': 180",
+                       const std::string& curve = glass) {
     const std::string colors = style.find("colorMap") == style.npos ? "'colorMap': 'inferno', " : "";
     return "{" + size + ", " + camera + ", 'layers': [{'hybrid': {" + colors + style + ", " + curve + "}}]}";
 }
@@ -250,7 +258,7 @@ const std::string cuts = R"('representation': 'residual', 'colorMap': 'viridis',
 // The beam passes through the machine; its points and volume lie within the hybrid one.
 const std::string withBeam = R"({'width': 240, 'height': 180, )" + camera + R"(, 'layers': [
     {'hybrid': {'colorMap': 'inferno', 'representation': 'points', 'pointShape': 'disc', )" +
-                             curve + R"(}},
+                             glass + R"(}},
     {'transform': [25, 0, 0, 10,  0, 25, 5, -5,  0, 0, 30, 20,  0, 0, 0, 1], 'particles': {
       'volume': {'colorMap': 'viridis', 'curve': [{'density': 0.2, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},
       'points': {'opacity': 0.8}}}]})";
@@ -267,6 +275,7 @@ const std::map<std::string, std::string>& views() {
         {"hybridCut", hybridView(cuts)},
         {"hybridUnlit", hybridView("'representation': 'residual', 'light': {'ambient': 1, 'diffuse': 0, "
                                    "'specular': 0}")},
+        {"hybridSheets", hybridView("'representation': 'residual'", "'width': 240, 'height': 180", sheets)},
         {"hybridWithBeam", withBeam},
     };
     return all;
@@ -292,6 +301,8 @@ const std::vector<GoldenScene>& goldenHybrids() {
         {"hybridSmall", 0.2, 0.0, 0.05},
         {"hybridCut", 0.1, 0.0, 0.05},
         {"hybridUnlit", 0.2, 0.0, 0.1},
+        // One pixel of egl's, where a shell is seen edge-on, is off by 16.
+        {"hybridSheets", 0.2, 0.0, 0.1, {65.0, 0.9995, 24}, 0.0, 128.0},
         // On egl, points of the beam that share a pixel and a slab are mixed with the volume there.
         {"hybridWithBeam", 0.2, 0.0, 0.03, {45.0, 0.998, 12}},
     };
