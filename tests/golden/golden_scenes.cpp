@@ -275,7 +275,8 @@ const std::map<std::string, std::string>& views() {
         {"hybridCut", hybridView(cuts)},
         {"hybridUnlit", hybridView("'representation': 'residual', 'light': {'ambient': 1, 'diffuse': 0, "
                                    "'specular': 0}")},
-        {"hybridSheets", hybridView("'representation': 'residual'", "'width': 240, 'height': 180", sheets)},
+        {"hybridSheets", hybridView("'representation': 'residual', 'colorMap': 'viridis'",
+                                    "'width': 240, 'height': 180", sheets)},
         {"hybridWithBeam", withBeam},
     };
     return all;
