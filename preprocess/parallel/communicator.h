@@ -56,6 +56,9 @@ class Exchange {
     /// What each rank had for this one, in the order of the ranks; waits for it. Called once, by all ranks.
     /// Errors: cancelled, also if another rank was ended.
     virtual Result<std::vector<Bytes>> finish() = 0;
+    /// Waits until the others have what this rank sent; called after finish(), before this goes. Errors: as
+    /// finish().
+    virtual Status settle() { return success(); }
 };
 
 class Communicator {
@@ -70,8 +73,7 @@ class Communicator {
     /// Gives `outgoing[r]` to rank r; returns what each rank had for this one, in the order of the ranks.
     /// Errors: cancelled, also if another rank was ended.
     virtual Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) = 0;
-    /// Begins to do so: who is earlier than the others need not wait yet. One at a time; it is finished
-    /// before this goes.
+    /// Begins to do so: who is earlier than the others need not wait yet. Each is finished in its turn.
     virtual std::unique_ptr<Exchange> begin(std::vector<Bytes> outgoing);
     /// Gives `mine` to all; returns everyone's, in the order of the ranks. Errors: as exchange.
     virtual Result<std::vector<Bytes>> share(std::span<const std::byte> mine) = 0;
@@ -192,12 +194,17 @@ Status exchangeInRounds(Communicator& ranks, std::size_t rounds, const Make& mak
         return ranks.begin(std::move(outgoing));
     };
     auto underWay = rounds > 0 ? begin(0) : nullptr;
+    std::unique_ptr<Exchange> before;
     for (std::size_t round = 0; round < rounds; ++round) {
         MOTE_ASSIGN_OR_RETURN(auto incoming, underWay->finish());
+        // Who has sent a message of this round has got those of the one before.
+        if (before) MOTE_RETURN_IF_ERROR(before->settle());
+        before = std::move(underWay);
         if (std::ranges::any_of(incoming, &Bytes::empty)) break;
         if (round + 1 < rounds) underWay = begin(round + 1);
         if (status.ok()) status = use(round, incoming);
     }
+    if (before) MOTE_RETURN_IF_ERROR(before->settle());
     return agree(ranks, status);
 }
 

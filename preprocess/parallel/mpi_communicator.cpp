@@ -42,7 +42,10 @@ class MpiCommunicator final : public Communicator {
     bool onOneMachine() const override { return sizeHere_ == size_; }
 
     Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) override {
-        return begin(std::move(outgoing))->finish();
+        Messages messages(*this, std::move(outgoing));
+        auto incoming = messages.finish();
+        if (incoming.ok()) MOTE_RETURN_IF_ERROR(messages.settle());
+        return incoming;
     }
 
     std::unique_ptr<Exchange> begin(std::vector<Bytes> outgoing) override {
@@ -53,6 +56,7 @@ class MpiCommunicator final : public Communicator {
         Transfer transfer(*this,
                           std::vector<std::span<const std::byte>>(static_cast<std::size_t>(size_), mine));
         auto incoming = transfer.finish();
+        if (incoming.ok()) MOTE_RETURN_IF_ERROR(transfer.settle());
         if (incoming.ok()) (*incoming)[own()] = bytesOf(mine);
         return incoming;
     }
@@ -77,16 +81,18 @@ class MpiCommunicator final : public Communicator {
                 incoming[other].resize(toReceive_[other]);
                 receive(other, incoming[other]);
             }
-            MOTE_RETURN_IF_ERROR(ranks_.waitFor(requests_));
+            MOTE_RETURN_IF_ERROR(ranks_.waitFor(received_));
             return incoming;
         }
+
+        Status settle() { return ranks_.waitFor(sent_); }
 
       private:
         void receive(std::size_t from, std::span<std::byte> bytes) {
             for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
                 const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
                 MPI_Irecv(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(from),
-                          tag_, MPI_COMM_WORLD, &requests_.emplace_back());
+                          tag_, MPI_COMM_WORLD, &received_.emplace_back());
             }
         }
 
@@ -94,14 +100,14 @@ class MpiCommunicator final : public Communicator {
             for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
                 const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
                 MPI_Isend(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(to), tag_,
-                          MPI_COMM_WORLD, &requests_.emplace_back());
+                          MPI_COMM_WORLD, &sent_.emplace_back());
             }
         }
 
         MpiCommunicator& ranks_;
         int tag_;
         std::vector<std::uint64_t> toSend_, toReceive_;
-        std::vector<MPI_Request> sizes_, requests_;
+        std::vector<MPI_Request> sizes_, received_, sent_;
     };
 
     /// A transfer that holds what it sends.
@@ -117,6 +123,7 @@ class MpiCommunicator final : public Communicator {
             if (incoming.ok()) (*incoming)[own_] = std::move(outgoing_[own_]);
             return incoming;
         }
+        Status settle() override { return transfer_.settle(); }
 
       private:
         std::size_t own_;

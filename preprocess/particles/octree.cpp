@@ -47,21 +47,20 @@ struct LeafList {
         tbb::parallel_invoke([&] { keys.resize(size); }, [&] { data.resize(size); });
     }
 
-    /// Puts leaves at `at`, whose places count from there.
-    void put(std::size_t at, std::span<const LeafKey> someKeys, std::span<const LeafData> someData) {
-        std::ranges::transform(someKeys, keys.begin() + static_cast<std::ptrdiff_t>(at), [&](LeafKey key) {
-            key.place += static_cast<std::uint32_t>(at);
-            return key;
-        });
-        std::ranges::copy(someData, data.begin() + static_cast<std::ptrdiff_t>(at));
+    void reserve(std::size_t size) {
+        keys.reserve(size);
+        data.reserve(size);
     }
 
-    Bytes packed() const {
-        Bytes bytes;
-        bytes.reserve(listBytes<LeafKey>(keys.size()) + listBytes<LeafData>(data.size()));
-        addList<LeafKey>(bytes, keys);
-        addList<LeafData>(bytes, data);
-        return bytes;
+    /// Adds leaves, whose places go on from those that are here.
+    void append(std::span<const LeafKey> someKeys, std::span<const LeafData> someData) {
+        const auto before = static_cast<std::uint32_t>(keys.size());
+        resize(keys.size() + someKeys.size());
+        std::ranges::transform(someKeys, keys.begin() + before, [&](LeafKey key) {
+            key.place += before;
+            return key;
+        });
+        std::ranges::copy(someData, data.begin() + before);
     }
 };
 
@@ -252,7 +251,7 @@ class LeafOrder {
 
     Status run() {
         MOTE_RETURN_IF_ERROR(findSplitters());
-        MOTE_ASSIGN_OR_RETURN(auto leaves, exchange(deal()));
+        MOTE_ASSIGN_OR_RETURN(auto leaves, exchange());
         DensitySort(leaves.keys).run();
         sortByCell(leaves.keys);
         return fill(std::move(leaves));
@@ -263,6 +262,11 @@ class LeafOrder {
     struct Block {
         std::size_t begin, end;
         std::uint64_t toPlace;  ///< what is added to a node for its number among all
+    };
+
+    /// Where a rank's leaves are in the list of this slice.
+    struct Received {
+        std::size_t begin, count;
     };
 
     std::size_t own() const { return static_cast<std::size_t>(ranks_.rank()); }
@@ -330,50 +334,55 @@ class LeafOrder {
         });
     }
 
-    /// This rank's leaves by slice.
-    std::vector<LeafList> deal() {
+    /// Puts this rank's leaves of its own slice into `mine`; returns those of the others as messages.
+    std::vector<Bytes> deal(LeafList& mine) {
         first_.assign((blocks_.size() + 1) * slices_, 0);
         tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t block) {
             forEachLeaf(blocks_[block],
                         [&](std::size_t, std::size_t slice) { ++first_[(block + 1) * slices_ + slice]; });
         });
         for (std::size_t i = slices_; i < first_.size(); ++i) first_[i] += first_[i - slices_];
-        std::vector<LeafList> lists(slices_);
-        for (std::size_t slice = 0; slice < slices_; ++slice)
-            lists[slice].resize(first_[blocks_.size() * slices_ + slice]);
+        std::vector<Bytes> outgoing(slices_);
+        std::vector<LeafKey*> keys;
+        std::vector<LeafData*> data;
+        for (std::size_t slice = 0; slice < slices_; ++slice) {
+            const std::size_t count = first_[blocks_.size() * slices_ + slice];
+            if (slice == own()) {
+                mine.resize(count);
+                keys.push_back(mine.keys.data());
+                data.push_back(mine.data.data());
+                continue;
+            }
+            auto& bytes = outgoing[slice];
+            bytes.reserve(listBytes<LeafKey>(count) + listBytes<LeafData>(count));
+            const std::size_t keysAt = addRoom<LeafKey>(bytes, count),
+                              dataAt = addRoom<LeafData>(bytes, count);
+            keys.push_back(reinterpret_cast<LeafKey*>(bytes.data() + keysAt));
+            data.push_back(reinterpret_cast<LeafData*>(bytes.data() + dataAt));
+        }
         forEachDealt([&](std::size_t block, std::size_t node, std::size_t slice, std::uint32_t at) {
-            auto& key = lists[slice].keys[at];
-            key = keyOf(node);
-            key.place = at;
-            lists[slice].data[at] = {static_cast<std::uint32_t>(node + blocks_[block].toPlace),
-                                     static_cast<std::uint32_t>(tree_.count[node]), source_[node]};
+            keys[slice][at] = keyOf(node);
+            keys[slice][at].place = at;
+            data[slice][at] = {static_cast<std::uint32_t>(node + blocks_[block].toPlace),
+                               static_cast<std::uint32_t>(tree_.count[node]), source_[node]};
         });
-        return lists;
+        return outgoing;
     }
 
-    /// All ranks' leaves of this rank's slice, one rank's after another's.
-    Result<LeafList> exchange(std::vector<LeafList> lists) {
-        auto& mine = lists[own()];
-        received_.assign(slices_, mine.keys.size());
-        if (slices_ == 1) return std::move(mine);
-        std::vector<Bytes> outgoing(slices_);
-        for (std::size_t slice = 0; slice < slices_; ++slice) {
-            if (slice != own()) outgoing[slice] = lists[slice].packed();
-        }
-        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
-        std::vector<std::span<const LeafKey>> keys(slices_, mine.keys);
-        std::vector<std::span<const LeafData>> data(slices_, mine.data);
+    /// All ranks' leaves of this rank's slice: its own, then one other's after another's.
+    Result<LeafList> exchange() {
+        LeafList all;
+        // Memory that is not touched costs nothing; so what comes has room, as a rule.
+        if (slices_ > 1) all.reserve(tree_.nodeTotal / slices_);
+        MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(deal(all)));
+        received_.assign(slices_, {0, all.keys.size()});
         for (std::size_t from = 0; from < slices_; ++from) {
             if (from == own()) continue;
             std::span<const std::byte> rest(incoming[from]);
-            keys[from] = takeList<LeafKey>(rest);
-            data[from] = takeList<LeafData>(rest);
-            received_[from] = keys[from].size();
+            const auto keys = takeList<LeafKey>(rest);
+            received_[from] = {all.keys.size(), keys.size()};
+            all.append(keys, takeList<LeafData>(rest));
         }
-        LeafList all;
-        all.resize(std::accumulate(received_.begin(), received_.end(), std::size_t{0}));
-        for (std::size_t from = 0, at = 0; from < slices_; at += received_[from++])
-            all.put(at, keys[from], data[from]);
         return all;
     }
 
@@ -425,8 +434,8 @@ class LeafOrder {
     Status tellPlaces(std::span<const std::uint32_t> leafOf) {
         std::vector<Bytes> outgoing(slices_);
         std::vector<std::span<const std::uint32_t>> of(slices_);
-        for (std::size_t rank = 0, at = 0; rank < slices_; at += received_[rank++]) {
-            of[rank] = leafOf.subspan(at, received_[rank]);
+        for (std::size_t rank = 0; rank < slices_; ++rank) {
+            of[rank] = leafOf.subspan(received_[rank].begin, received_[rank].count);
             if (rank != own()) outgoing[rank] = bytesOf(std::as_bytes(of[rank]));
         }
         MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
@@ -446,7 +455,7 @@ class LeafOrder {
     std::vector<Block> blocks_;
     std::vector<LeafKey> splitters_;
     std::vector<std::uint32_t> first_;      ///< by block and slice, where its leaves begin in the list
-    std::vector<std::size_t> received_;     ///< by rank, how many of its leaves are in this slice
+    std::vector<Received> received_;        ///< by rank
     std::vector<std::uint64_t> sliceLeaf_;  ///< each slice's first leaf, and one more
 };
 
