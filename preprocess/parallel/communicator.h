@@ -185,8 +185,11 @@ Status exchangeInRounds(Communicator& ranks, std::size_t rounds, const Make& mak
         std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks.size()));
         if (status.ok()) {
             Result<std::vector<Bytes>> made = make(round);
-            if (made.ok()) outgoing = *std::move(made);
-            if (!made.ok()) status = made.error();
+            if (made.ok()) {
+                outgoing = *std::move(made);
+            } else {
+                status = made.error();
+            }
         }
         for (auto& bytes : outgoing) {
             if (status.ok() && bytes.empty()) addRoom<std::byte>(bytes, 0);
@@ -199,7 +202,7 @@ Status exchangeInRounds(Communicator& ranks, std::size_t rounds, const Make& mak
         MOTE_ASSIGN_OR_RETURN(auto incoming, underWay->finish());
         // Who has sent a message of this round has got those of the one before.
         if (before) MOTE_RETURN_IF_ERROR(before->settle());
-        before = std::move(underWay);
+        before = std::exchange(underWay, nullptr);
         if (std::ranges::any_of(incoming, &Bytes::empty)) break;
         if (round + 1 < rounds) underWay = begin(round + 1);
         if (status.ok()) status = use(round, incoming);

@@ -147,7 +147,7 @@ Result<CellCount> countCells(StepReader& reader, const std::array<Range, 3>& bou
 
 Result<CellCount> sumOfRanks(Communicator& ranks, const CellCount& mine) {
     if (ranks.size() == 1) return mine;
-    MOTE_ASSIGN_OR_RETURN(const auto cells, shareValues<std::uint32_t>(ranks, mine.cells));
+    MOTE_ASSIGN_OR_RETURN(auto cells, shareValues<std::uint32_t>(ranks, mine.cells));
     const Rest rest{mine.lost, mine.invalid, mine.outside, mine.weight};
     MOTE_ASSIGN_OR_RETURN(const auto rests, shareValues<Rest>(ranks, std::span(&rest, 1)));
     CellCount sum;

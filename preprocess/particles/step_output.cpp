@@ -7,8 +7,10 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -48,7 +50,7 @@ class PointOutput {
           file_(file),
           ranks_(ranks),
           cancelled_(std::move(cancelled)),
-          selection_(std::move(selection)),
+          selection_(selection),
           windows_(cutWindows(step.octree, step.octree.slicePoint[own()])),
           previewSlices_(shareOut(size())),
           candidates_(windowCount()) {}
@@ -408,7 +410,7 @@ class StepFiles {
         if (!output_.rowsAreRead) file_->leaveRows();
         if (ranks_.first()) file_->hashAhead(output_.cancelled);
         MOTE_ASSIGN_OR_RETURN(auto selection, PreviewSelection::make(step_.octree, ranks_));
-        PointOutput points(step_, *file_, ranks_, output_.cancelled, std::move(selection));
+        PointOutput points(step_, *file_, ranks_, output_.cancelled, selection);
         MOTE_RETURN_IF_ERROR(ranks_.size() == 1 ? writeAlone(points) : writeTogether(points));
         step_.points = RecordStore();
         MOTE_RETURN_IF_ERROR(points.writePreview(output_.stores));
