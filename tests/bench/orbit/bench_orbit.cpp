@@ -37,6 +37,7 @@ constexpr std::chrono::seconds resting{2};
 template <class Get>
 double middle(const std::vector<Seen>& frames, Get get, double q = 0.5) {
     std::vector<double> values;
+    values.reserve(frames.size());
     for (const auto& frame : frames) values.push_back(frame.*get);
     return quantile(std::move(values), q);
 }

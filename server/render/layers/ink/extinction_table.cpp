@@ -36,7 +36,7 @@ ExtinctionTable::ExtinctionTable(const GridField& field, const TransferTable& ta
 double ExtinctionTable::most(double low, double high) const {
     const std::size_t first = cellOf(cellsAUnit_ * (low - low_)), last = cellOf(cellsAUnit_ * (high - low_));
     const std::size_t cells = std::max(first, last) - first + 1;
-    const auto power = static_cast<std::size_t>(std::bit_width(cells) - 1);
+    const auto power = static_cast<std::size_t>(std::bit_width(cells | 1U) - 1);
     return std::max(most_[power][first], most_[power][first + cells - (std::size_t{1} << power)]);
 }
 
