@@ -9,6 +9,7 @@
 // thread.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -70,6 +71,16 @@ class RecordStore {
         buffer.resize(count);
         MOTE_RETURN_IF_ERROR(readBytes(first * sizeof(T), std::as_writable_bytes(std::span(buffer))));
         return std::span<const T>(buffer);
+    }
+
+    /// Asks the memory for records that are read soon; nothing if they are in a file.
+    template <class T>
+    void expect(std::uint64_t first, std::uint64_t count) const {
+        constexpr std::size_t line = 64, most = 8;
+        if (memory_.empty()) return;
+        const auto* at = memory_.data() + first * sizeof(T);
+        for (std::size_t i = 0; i < std::min<std::uint64_t>(count * sizeof(T) / line + 1, most); ++i)
+            __builtin_prefetch(at + i * line);
     }
 
     /// Records of a store in memory, to be written to where they lie.

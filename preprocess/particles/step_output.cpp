@@ -35,6 +35,9 @@ using storage::StepArray;
 constexpr std::uint64_t windowPoints = std::uint64_t{1}
                                        << 19;  // at most in a window, with those of pointsPerLeaf
 
+// Neighbours in the file lie far apart in memory: points are asked for so many leaves before they are read.
+constexpr std::size_t leavesAhead = 16;
+
 /// Of the points of a leaf, which lie one after another among all in Morton order.
 struct WantedPoints {
     std::uint32_t source, count;
@@ -247,10 +250,14 @@ class PointOutput {
 
     /// Points of this rank to the front of `to`.
     Status gather(std::span<const WantedPoints> wanted, std::span<std::byte> to) const {
+        const std::uint64_t base = step_.firstPoint[own()];
         std::vector<LeafPoint> buffer;
-        for (const auto& one : wanted) {
+        for (std::size_t i = 0; i < wanted.size(); ++i) {
+            if (i + leavesAhead < wanted.size())
+                step_.points.expect<LeafPoint>(wanted[i + leavesAhead].source - base,
+                                               wanted[i + leavesAhead].count);
             MOTE_ASSIGN_OR_RETURN(const auto points,
-                                  step_.points.read(one.source - step_.firstPoint[own()], one.count, buffer));
+                                  step_.points.read(wanted[i].source - base, wanted[i].count, buffer));
             std::memcpy(to.data(), points.data(), points.size_bytes());
             to = to.subspan(points.size_bytes());
         }
@@ -267,6 +274,7 @@ class PointOutput {
         auto& candidates = candidates_[index];
         candidates.reserve(selection_.expected(where.end - where.begin) * 5 / 4 + 1024);
         forEachPart(where, [&](std::size_t leaf, std::uint32_t first, std::size_t count) {
+            expectPoints(leaf + leavesAhead);
             const auto points = pointsOf(leaf, first, count, streams, worker);
             if (!points.ok()) {
                 status = points.error();
@@ -286,6 +294,13 @@ class PointOutput {
                                          std::as_bytes(std::span(worker.positions))));
         return file_.write(StepArray::pointRow, where.begin * sizeof(std::uint64_t),
                            std::as_bytes(std::span(worker.rows)));
+    }
+
+    /// Asks for a leaf's points, if they are this rank's.
+    void expectPoints(std::size_t leaf) const {
+        if (leaf >= step_.octree.leafNode.size() || rankOf(leaf) != own()) return;
+        step_.points.expect<LeafPoint>(step_.octree.leafSource[leaf] - step_.firstPoint[own()],
+                                       step_.octree.leafPointCount[leaf]);
     }
 
     /// Points [first, first + count) of a leaf. Those of other ranks are taken off the front of their stream.

@@ -64,6 +64,7 @@ Octree octreeOf(const storage::ParticleStep& step) {
     tree.leafPointBegin = copyOf(leaves.pointBegin);
     tree.leafPointCount = copyOf(leaves.pointCount);
     tree.leafDensity = copyOf(leaves.density);
+    tree.leafCell.reserve(leaves.size());
     for (const auto node : leaves.node)
         tree.leafCell.push_back(cellCode(tree.morton[node], tree.level[node]));
     findDensities(tree);
@@ -381,6 +382,7 @@ TEST_F(Columns, IdsAreFoundByOneOrderHoweverTheyLie) {
 
 TEST(ColumnCoding, FloatsOfASourceStayFloats) {
     std::vector<double> values;
+    values.reserve(10000);
     for (int i = 0; i < 5000; ++i)
         values.push_back(static_cast<double>(static_cast<float>(500.0 + 1e-5 * std::sin(i))));
     for (int i = 0; i < 5000; ++i) values.push_back(static_cast<double>(static_cast<float>(1e-9 * i)));
@@ -392,6 +394,7 @@ TEST(ColumnCoding, FloatsOfASourceStayFloats) {
 
 TEST(ColumnCoding, IntegersStayExact) {
     std::vector<double> turns;
+    turns.reserve(5000);
     for (int i = 0; i < 5000; ++i) turns.push_back(20'001.0 * i);  // to 10^8: floats step by 8 there
     EXPECT_TRUE(prep::codingOf(turns).doubles);
     for (double& turn : turns) turn = 4e9 + std::fmod(turn, 1000.0);
@@ -405,6 +408,7 @@ TEST(ColumnCoding, IntegersStayExact) {
 
 TEST(ColumnCoding, AHaloAndALatticeNeedNoDoubles) {
     std::vector<double> values;
+    values.reserve(65536);
     for (int i = 0; i < 65536; ++i) values.push_back(std::erf(1e-4 * i - 3.0) * std::exp(1e-4 * (i % 60000)));
     EXPECT_FALSE(prep::codingOf(values).doubles);
     for (int i = 0; i < 65536; ++i) values[static_cast<std::size_t>(i)] = 0.1 * (i % 64) + 0.05;

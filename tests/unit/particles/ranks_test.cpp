@@ -38,7 +38,7 @@ std::vector<Status> tellNumbers(std::size_t ranks, std::size_t rounds, const Fau
             return own.rank() == fault.rank && round == fault.round && inUse == fault.inUse;
         };
         const auto number = [](int from, std::size_t to, std::size_t round) {
-            return 100 * from + 10 * to + round;
+            return 100 * static_cast<std::size_t>(from) + 10 * to + round;
         };
         std::size_t used = 0;
         const auto make = [&](std::size_t round) -> Result<std::vector<Bytes>> {
