@@ -138,7 +138,7 @@ std::vector<Status> runTogether(std::size_t ranks, const std::vector<test::FakeS
 }
 
 std::vector<test::FakeStep> weightedSteps() {
-    std::vector<test::FakeStep> steps{beamStep(70000, 1), beamStep(1, 2), beamStep(3000, 3)};
+    std::vector<test::FakeStep> steps{beamStep(70000, 1), beamStep(1, 2), beamStep(0, 4), beamStep(3000, 3)};
     for (std::size_t i = 0; i < 70000; ++i) steps[0][Column::weight][i] = static_cast<double>(i % 9);
     return steps;
 }
