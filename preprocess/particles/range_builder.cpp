@@ -2,10 +2,12 @@
 #include "preprocess/particles/range_builder.h"
 
 #include <oneapi/tbb/parallel_sort.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "protocol/base/mote_check.h"
@@ -21,6 +23,13 @@ std::uint64_t shuffleHash(std::uint64_t row) {
     h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ULL;
     h = (h ^ (h >> 27)) * 0x94d049bb133111ebULL;
     return h ^ (h >> 31);
+}
+
+/// Sorts on all threads. The calling thread takes up no other work while it waits: that may be another range,
+/// with this builder.
+template <class T, class Less>
+void sortTogether(std::vector<T>& values, const Less& less) {
+    tbb::this_task_arena::isolate([&] { tbb::parallel_sort(values.begin(), values.end(), less); });
 }
 
 unsigned bitsOf(std::uint64_t value) {
@@ -76,7 +85,7 @@ void RangeBuilder::sort(std::span<const Particle> particles, unsigned keyLevel) 
         for (auto& item : packed_) item &= indexMask;
     } else {
         std::iota(packed_.begin(), packed_.end(), std::uint64_t{0});
-        tbb::parallel_sort(packed_.begin(), packed_.end(), [&](std::uint64_t a, std::uint64_t b) {
+        sortTogether(packed_, [&](std::uint64_t a, std::uint64_t b) {
             return keys_[a] != keys_[b] ? keys_[a] < keys_[b] : a < b;
         });
     }
@@ -184,7 +193,7 @@ void RangeBuilder::shuffle(std::size_t begin, std::size_t count) {
     }
     constexpr std::size_t many = 65536;
     if (count > many) {
-        tbb::parallel_sort(shuffled_.begin(), shuffled_.end());
+        sortTogether(shuffled_, std::less<>());
     } else {
         std::sort(shuffled_.begin(), shuffled_.end());
     }

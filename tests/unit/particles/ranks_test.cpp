@@ -184,5 +184,21 @@ TEST(JobOfRanks, CancelledAnywhereEndsOnAllAndLeavesNothing) {
     }
 }
 
+/// Leaves that are sorted by all threads: no thread begins another range meanwhile.
+TEST(LargeLeaves, AreThoseOfOneThreadEachTime) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(500000, 6)});
+    auto request = requestFor();
+    request.mutable_particles()->set_leaf_capacity(100000);
+    request.mutable_particles()->add_columns("none");
+    ASSERT_TRUE(test::make(request, source, dir / "one.mote", {1, 0}).ok());
+    const auto expected = contentOf(dir / "one.mote");
+    for (int i = 0; i < 10; ++i) {
+        ASSERT_TRUE(test::make(request, source, dir / "a.mote", {3, 0}).ok());
+        EXPECT_TRUE(contentOf(dir / "a.mote") == expected);
+        std::filesystem::remove_all(dir / "a.mote");
+    }
+}
+
 }  // namespace
 }  // namespace mote::prep
