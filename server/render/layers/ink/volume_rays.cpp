@@ -344,7 +344,7 @@ void VolumeRays::shade(const Way& way, const std::vector<Part>& parts, VolumeSee
     }
 }
 
-/// Steps one after the other, the last one again and again behind it; loops of one kind of number.
+/// Repeats the last step behind it. Each loop has one kind of number: the compiler makes vectors of it.
 void VolumeRays::sample(const Way& way, double first, double last, Samples& found) const {
     constexpr std::size_t count = Samples::together;
     for (std::size_t i = 0; i < count; ++i)

@@ -56,8 +56,8 @@ class VolumeRays {
     bool any() const { return blocks_.any(); }
     /// What lies around all that can be seen, layer space; nothing else if there is any.
     Bounds visible() const;
-    /// Finds where in the picture, and between which depths, anything can be seen, for who looks along rays
-    /// through all of it: they are followed only there. Works in parallel.
+    /// Finds where in the picture, and between which depths, anything can be seen: from then on rays are
+    /// followed only there, and see the same. Pays if there are many. Works in parallel.
     void findSpans();
     /// Through (x, y) of the picture, in pixels from its upper left corner. Nothing where less than `least`
     /// of the ray is absorbed.
